@@ -1,0 +1,1 @@
+"""Observations to the occupancy table and queue anchors."""

@@ -1,0 +1,1 @@
+"""Discs to coverage levels."""

@@ -1,0 +1,1 @@
+"""Imagery to vehicles; masks and OSM to the transit area."""

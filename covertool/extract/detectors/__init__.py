@@ -1,0 +1,1 @@
+"""Detectors of cars in top-view imagery, behind one protocol."""

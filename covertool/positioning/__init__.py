@@ -1,0 +1,1 @@
+"""Trace and anchors to position errors."""
