@@ -77,5 +77,7 @@ def main(arguments: list[str] | None = None) -> int:
     return 0
 
 
+# The verbs register themselves on `app`; the order here is the order of `covertool --help`.
+
 if __name__ == "__main__":
     sys.exit(main())
