@@ -97,7 +97,10 @@ def is_conformal(crs: CRS) -> bool:
 
 
 def is_working(crs: CRS) -> bool:
-    """Return True when covertool can compute in this CRS: metres, east and north, conformal."""
+    """Return True when covertool can compute in this CRS: metres, east and north, conformal.
+
+    The declared order of the axes does not matter: coordinates are held in the order x, y.
+    """
     if is_image_plane(crs):
         return True
     if not crs.is_projected or is_web_mercator(crs) or not is_conformal(crs):
