@@ -1,0 +1,134 @@
+"""The coverage map as a printed figure, in the paper's colours."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.collections import PatchCollection
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch, PathPatch, Rectangle
+from matplotlib.path import Path
+
+from covertool import crs as crs_door
+from covertool.model import Bounds
+
+if TYPE_CHECKING:
+    import geopandas as gpd
+    from matplotlib.axes import Axes
+
+TRANSIT, LEVEL_1, LEVEL_2, LEVEL_3, PARKED = "#4f81bd", "#ffd92f", "#fd8d3c", "#e31a1c", "#000000"
+"""Colours of the paper's Fig. 3: transit blue; Levels 1, 2, 3 yellow, orange, red; cars black."""
+
+_AREAS = (
+    ("buildings", "#d9d6d0", "buildings"),
+    ("transit", TRANSIT, "transit area, not covered"),
+    ("coverage_level_1", LEVEL_1, "Level 1: one parked car"),
+    ("coverage_level_2", LEVEL_2, "Level 2: two"),
+    ("coverage_level_3", LEVEL_3, "Level 3: three or more"),
+)
+_CAR_LENGTH_M = 4.4
+
+
+def coverage_map(
+    layers: Mapping[str, gpd.GeoDataFrame],
+    *,
+    title: str,
+    footnote: str = "",
+    bounds: Bounds | None = None,
+    width_in: float = 8.0,
+) -> Figure:
+    """Return the map of a study: transit area, coverage levels and anchors.
+
+    Parameters
+    ----------
+    layers : mapping of layer name to GeoDataFrame
+        Of `buildings`, `transit`, `coverage_level_1` to `_3` and `anchors` those that are there,
+        all in one projected CRS; a level layer holds one radius.
+    title : str
+        The headline.
+    footnote : str
+        Provenance and licence, printed below the map.
+    bounds : (x0, y0, x1, y1), optional
+        The part to show, in metres of the CRS; the transit area's box when left out.
+    width_in : float
+        Width of the figure in inches; the height follows from the map.
+
+    Examples
+    --------
+    >>> import geopandas as gpd, shapely
+    >>> road = gpd.GeoDataFrame(geometry=[shapely.box(0, 0, 200, 100)], crs=2157)
+    >>> coverage_map({"transit": road}, title="a road").axes[0].get_title(loc="left")
+    'a road'
+    """
+    x0, y0, x1, y1 = bounds or _padded(tuple(layers["transit"].total_bounds))
+    figure = Figure(
+        figsize=(width_in, width_in * (y1 - y0) / (x1 - x0) + 1.1), layout="constrained"
+    )
+    axes = figure.add_subplot()
+    handles = [
+        _draw_areas(axes, layers[name], colour, label)
+        for name, colour, label in _AREAS
+        if name in layers
+    ]
+    if "anchors" in layers:
+        handles.append(_draw_anchors(axes, layers["anchors"], x1 - x0, width_in))
+    axes.set(xlim=(x0, x1), ylim=(y0, y1), aspect="equal", xticks=[], yticks=[])
+    axes.set_title(title, loc="left", fontsize=11)
+    _draw_scale_bar(axes, x1 - x0)
+    _draw_north_arrow(axes)
+    figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8, frameon=False)
+    crs_name = crs_door.name(layers["transit"].crs)
+    axes.set_xlabel("\n".join(filter(None, [f"CRS {crs_name}", footnote])), fontsize=7, loc="left")
+    return figure
+
+
+def _padded(bounds: tuple[Any, ...]) -> Bounds:
+    x0, y0, x1, y1 = (float(value) for value in bounds)
+    margin = 0.02 * max(x1 - x0, y1 - y0)
+    return x0 - margin, y0 - margin, x1 + margin, y1 + margin
+
+
+def _draw_areas(axes: Axes, frame: gpd.GeoDataFrame, colour: str, label: str) -> Patch:
+    patches = [PathPatch(_path(polygon)) for polygon in frame.geometry.explode() if polygon]
+    axes.add_collection(PatchCollection(patches, facecolor=colour, edgecolor="none"))
+    return Patch(facecolor=colour, label=label)
+
+
+def _path(polygon: Any) -> Path:
+    rings = [polygon.exterior, *polygon.interiors]
+    return Path.make_compound_path(
+        *(Path(np.asarray(ring.coords)[:, :2], closed=True) for ring in rings)
+    )
+
+
+def _draw_anchors(axes: Axes, frame: gpd.GeoDataFrame, map_width_m: float, width_in: float) -> Any:
+    points = frame.geometry
+    car_pt = _CAR_LENGTH_M / map_width_m * width_in * 72
+    return axes.scatter(
+        points.x, points.y, s=max(car_pt, 0.7) ** 2, c=PARKED, marker="s", linewidths=0,
+        label=f"{len(frame)} parked cars",
+    )  # fmt: skip
+
+
+def _draw_scale_bar(axes: Axes, map_width_m: float) -> None:
+    """Draw a bar of a round length, about a fifth of the map."""
+    exponent = math.floor(math.log10(map_width_m / 5))
+    length = max(
+        step * 10.0**exponent for step in (1, 2, 5, 10) if step * 10.0**exponent <= map_width_m / 4
+    )
+    share = length / map_width_m
+    axes.add_patch(
+        Rectangle((0.03, 0.03), share, 0.008, transform=axes.transAxes, color="black", zorder=5)
+    )
+    text = f"{length / 1000:g} km" if length >= 1000 else f"{length:g} m"
+    axes.text(0.03 + share / 2, 0.045, text, transform=axes.transAxes, ha="center", fontsize=8)
+
+
+def _draw_north_arrow(axes: Axes) -> None:
+    axes.annotate(
+        "N", xy=(0.96, 0.97), xytext=(0.96, 0.88), xycoords="axes fraction", ha="center",
+        va="center", fontsize=10, arrowprops={"arrowstyle": "-|>", "facecolor": "black"},
+    )  # fmt: skip
