@@ -339,3 +339,243 @@ class RasterSource(Protocol):
     def gsd_m(self, x_px: float, y_px: float) -> tuple[float, float]:
         """Return the ground size of a pixel along its x and y axis in metres at that place."""
         ...
+
+
+@dataclass(frozen=True)
+class Observations(_Table):
+    """What was seen of the traffic on street segments, one row each.
+
+    Attributes
+    ----------
+    segment_id : (N,) object array of str
+    time : (N,) datetime64[us] in UTC, when it was seen, or the start of the interval
+    until : (N,) datetime64[us] in UTC, the end of the interval; NaT for a moment
+    status : (N,) object array of words of the status scale (free, slow, very_slow, stationary,
+        closed, unknown)
+    relative_speed : (N,) speed over free-flow speed; NaN when unknown
+    speed_mps : (N,) metres per second; NaN when unknown
+    queue_m : (N,) measured length of the queue in metres; NaN when unknown
+    line : (N,) object array of WGS 84 LineStrings (lon, lat), or None where the source names
+        only the segment
+    """
+
+    segment_id: Objects
+    time: npt.NDArray[np.datetime64]
+    until: npt.NDArray[np.datetime64]
+    status: Objects
+    relative_speed: Floats
+    speed_mps: Floats
+    queue_m: Floats
+    line: Objects
+
+    @classmethod
+    def from_columns(
+        cls,
+        segment_id: npt.ArrayLike,
+        time: npt.ArrayLike,
+        status: npt.ArrayLike,
+        **more: npt.ArrayLike,
+    ) -> Observations:
+        """Return observations from the columns that are known; the others are filled with gaps.
+
+        >>> len(Observations.from_columns(["a"], ["2014-06-16T12:00"], ["slow"]))
+        1
+        """
+        ids = np.asarray(segment_id, dtype=object)
+        gaps: dict[str, Any] = {
+            "until": np.full(ids.size, np.datetime64("NaT"), dtype="datetime64[us]"),
+            "relative_speed": np.full(ids.size, np.nan),
+            "speed_mps": np.full(ids.size, np.nan),
+            "queue_m": np.full(ids.size, np.nan),
+            "line": np.full(ids.size, None, dtype=object),
+        }
+        given = {name: np.asarray(column, gaps[name].dtype) for name, column in more.items()}
+        times = np.asarray(time, dtype="datetime64[us]")
+        return cls(ids, time=times, status=np.asarray(status, dtype=object), **(gaps | given))
+
+    @classmethod
+    def concatenate(cls, parts: list[Observations]) -> Observations:
+        """Return the rows of several tables, in order, as one."""
+        if not parts:
+            return cls.from_columns([], [], [])
+        names = parts[0].columns()
+        return cls(**{n: np.concatenate([part.columns()[n] for part in parts]) for n in names})
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return the observations as a table; times are in UTC."""
+        import pandas as pd
+
+        frame = pd.DataFrame({n: c for n, c in self.columns().items() if n != "line"})
+        frame["time"] = frame["time"].dt.tz_localize("UTC")
+        frame["until"] = frame["until"].dt.tz_localize("UTC")
+        frame["line"] = shapely.to_wkb(self.line) if len(self) else self.line
+        return frame
+
+
+@dataclass(frozen=True)
+class OccupancyCell:
+    """One weekday and window: how much street length was flagged and how much queues fill.
+
+    Percentages are of the length known and not closed; None for a blank cell. ``observed_fraction``
+    is the share of the length of which anything was known, over the days looked at.
+    """
+
+    day: str
+    window: str
+    percent: float | None
+    filled_percent: float | None
+    days: int
+    observed_fraction: float
+    ci95: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
+class OccupancyMean:
+    """A mean over a group of cells or days, with ``text`` rounded half up to two decimals."""
+
+    group: str
+    window: str
+    percent: float | None
+    filled_percent: float | None
+    count: int
+    text: str
+    ci95: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
+class OccupancyTable:
+    """Flagged street length by weekday and window, as in the paper's Table I."""
+
+    cells: tuple[OccupancyCell, ...]
+    means: tuple[OccupancyMean, ...]
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return one row for each cell."""
+        import pandas as pd
+
+        return pd.DataFrame([vars(cell) for cell in self.cells])
+
+
+@dataclass(frozen=True)
+class Trace(_Table):
+    """True positions and velocities of moving cars at equal time steps, one row a car and step.
+
+    Rows come in any order; a car is in the trace from its first to its last row.
+
+    Attributes
+    ----------
+    time_s : (N,) seconds; whole multiples of ``step_s`` apart
+    vehicle : (N,) object array of str
+    x_m, y_m : (N,) centre of the car in metres
+    vx, vy : (N,) velocity in metres per second at that time
+    step_s : seconds between two steps
+    """
+
+    time_s: Floats
+    vehicle: Objects
+    x_m: Floats
+    y_m: Floats
+    vx: Floats
+    vy: Floats
+    step_s: float = 1.0
+
+    _not_columns = ("step_s",)
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return the trace as a table, one row a car and step."""
+        import pandas as pd
+
+        return pd.DataFrame(self.columns())
+
+
+@dataclass(frozen=True)
+class PositioningResult:
+    """The position errors of one arm, estimator, range noise and zone, of one car or of all.
+
+    Attributes
+    ----------
+    arm : traditional, proposed, gps or gps_odometry
+    estimator, preset, sigma_range_m, radius_m : None for the arms that do not range
+    vehicle : a car's id, or ``all``
+    samples : car-steps over all runs, layouts and traffic seeds
+    diverged : cars that diverged, counted once a run; when there are any, the errors are None
+    mean_error_m, sd_error_m : of the pooled absolute error (what the paper prints)
+    rmse_m, median_error_m, p95_error_m : of the same pooled absolute error
+    bound_rmse_m : root of the mean posterior Cramér-Rao bound; None when it was not computed
+    nees : mean normalised squared error, 2 for an honest filter; None without a covariance
+    """
+
+    arm: str
+    estimator: str | None
+    preset: str | None
+    sigma_range_m: float | None
+    radius_m: float | None
+    vehicle: str
+    samples: int
+    diverged: int
+    mean_error_m: float | None
+    sd_error_m: float | None
+    rmse_m: float | None
+    median_error_m: float | None
+    p95_error_m: float | None
+    bound_rmse_m: float | None = None
+    nees: float | None = None
+
+    @property
+    def rmse_over_bound(self) -> float | None:
+        """RMSE over its lower bound; None when either is unknown."""
+        if self.rmse_m is None or not self.bound_rmse_m:
+            return None
+        return self.rmse_m / self.bound_rmse_m
+
+
+@dataclass(frozen=True)
+class PositioningImprovement:
+    """What parked cars take off the mean error: 100 (1 - proposed / traditional), in percent.
+
+    ``ci95`` is its 95 % bootstrap interval, nested over layouts, traffic seeds and runs; both are
+    None when a car of either arm diverged.
+    """
+
+    estimator: str
+    preset: str
+    sigma_range_m: float
+    radius_m: float
+    vehicle: str
+    percent: float | None
+    ci95: tuple[float, float] | None
+
+
+@dataclass(frozen=True)
+class PositioningReport:
+    """Position errors of every arm, estimator, range noise and zone, and what parked cars save.
+
+    Attributes
+    ----------
+    vehicles, anchors, steps : cars, anchors and time steps of the first scenario
+    scenarios, runs : pairs of traffic and parked layout, and noise runs of each
+    seed : of the noise
+    results, improvements : the tables
+    options : the options as plain values
+    battery_hours, mean_stay_h : how long a parked car can serve, and how long it stays on average
+    """
+
+    vehicles: int
+    anchors: int
+    steps: int
+    scenarios: int
+    runs: int
+    seed: int
+    results: tuple[PositioningResult, ...]
+    improvements: tuple[PositioningImprovement, ...]
+    options: dict[str, Any]
+    battery_hours: float
+    mean_stay_h: float
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return one row for each result."""
+        import pandas as pd
+
+        return pd.DataFrame(
+            [vars(result) | {"rmse_over_bound": result.rmse_over_bound} for result in self.results]
+        )
