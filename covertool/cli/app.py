@@ -1,16 +1,14 @@
-"""The covertool command: collects the verbs and turns faults into three lines."""
+"""The covertool command without its verbs: version, loudness, help."""
 
 from __future__ import annotations
 
 import logging
-import os
 import sys
 from typing import Annotated
 
 import typer
 
 from covertool import __version__
-from covertool.errors import CovertoolError
 
 app = typer.Typer(
     name="covertool",
@@ -54,30 +52,4 @@ def covertool(
     logger.setLevel(level)
 
 
-def main(arguments: list[str] | None = None) -> int:
-    """Run the command line and return its exit code.
-
-    0 done; 1 a fault that the user can mend, told in three lines; 2 a usage error; 130 Ctrl-C.
-    """
-    given = sys.argv[1:] if arguments is None else arguments
-    try:
-        app(args=given, standalone_mode=True)
-    except CovertoolError as error:
-        if "--debug" in given:
-            raise
-        typer.echo(str(error), err=True)
-        return 1
-    except KeyboardInterrupt:
-        return 130
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 141
-    except SystemExit as exit_:
-        return exit_.code if isinstance(exit_.code, int) else 1
-    return 0
-
-
-# The verbs register themselves on `app`; the order here is the order of `covertool --help`.
-
-if __name__ == "__main__":
-    sys.exit(main())
+# The verbs register themselves on `app`; covertool/cli/main.py lists them (VERBS).

@@ -13,6 +13,7 @@ from matplotlib.patches import Patch, PathPatch, Rectangle
 from matplotlib.path import Path
 
 from covertool import crs as crs_door
+from covertool.errors import OptionError
 from covertool.model import Bounds
 
 if TYPE_CHECKING:
@@ -83,6 +84,43 @@ def coverage_map(
     crs_name = crs_door.name(layers["transit"].crs)
     axes.set_xlabel("\n".join(filter(None, [f"CRS {crs_name}", footnote])), fontsize=7, loc="left")
     return figure
+
+
+def of_one_radius(
+    layers: Mapping[str, gpd.GeoDataFrame], radius_m: float | None
+) -> tuple[dict[str, gpd.GeoDataFrame], str]:
+    """Return the layers with the coverage of one radius only, and a phrase that names it.
+
+    Parameters
+    ----------
+    layers : mapping of layer name to GeoDataFrame
+        Level layers have a column `radius_m`, null where anchors of several radii are mixed.
+    radius_m : float or None
+        The radius to keep; the first in the layers when None.
+
+    Raises
+    ------
+    OptionError
+        When the study holds no coverage of that radius.
+    """
+    levels = [name for name in layers if name.startswith("coverage_level_")]
+    radii = sorted({float(r) for name in levels for r in layers[name]["radius_m"].dropna()})
+    if radius_m is not None and radius_m not in radii:
+        raise OptionError(
+            f"the study holds no coverage for {radius_m:g} m",
+            "--radius",
+            f"covertool coverage STUDY --radius {radius_m:g} --into STUDY",
+        )
+    if not levels:
+        return dict(layers), "transit area and parked cars (no coverage computed yet)"
+    if not radii:
+        return dict(layers), "coverage by each car's own radius"
+    chosen = radii[0] if radius_m is None else radius_m
+    kept = {
+        name: frame[frame["radius_m"] == chosen] if name in levels else frame
+        for name, frame in layers.items()
+    }
+    return kept, f"coverage at {chosen:g} m"
 
 
 def _padded(bounds: tuple[Any, ...]) -> Bounds:

@@ -7,13 +7,13 @@ HEAVY = {"geopandas", "rasterio", "cv2", "numba", "pandas", "scipy", "shapely", 
 
 
 def run(*arguments: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "covertool.cli.app", *arguments]
+    command = [sys.executable, "-m", "covertool", *arguments]
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
 def test_help_imports_none_of_the_heavy_libraries():
     code = (
-        "import sys; from covertool.cli.app import main; code = main(['--help']);"
+        "import sys; from covertool.cli.main import main; code = main(['--help']);"
         "print(sorted(m for m in sys.modules if '.' not in m), file=sys.stderr); sys.exit(code)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -1,0 +1,7 @@
+"""`python -m covertool` is the covertool command."""
+
+import sys
+
+from covertool.cli.main import main
+
+sys.exit(main())

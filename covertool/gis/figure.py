@@ -1,0 +1,41 @@
+"""Pictures that go out: matplotlib figures as PNG, PDF or SVG, the same bytes each time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from covertool.gis import guard
+from covertool.gis.formats import Format
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FIGURE_FORMATS = (
+    Format("PNG", "PNG", (".png",)),
+    Format("PDF", "PDF", (".pdf",)),
+    Format("SVG", "SVG", (".svg",)),
+)
+# Without these, matplotlib writes the time of day into the file.
+_UNDATED: dict[str, dict[str, Any]] = {
+    "PNG": {},
+    "PDF": {"CreationDate": None},
+    "SVG": {"Date": None},
+}
+
+
+def write_figure(path: str | Path, figure: Figure, *, overwrite: bool = False) -> None:
+    """Write a figure whole or not at all; the extension decides the format.
+
+    Raises
+    ------
+    FileError
+        When the path cannot be written or its extension is not .png, .pdf or .svg.
+    """
+    import matplotlib as mpl
+
+    checked, known = guard.output_file(path, FIGURE_FORMATS, overwrite=overwrite)
+    with guard.replacing(checked) as temporary, mpl.rc_context({"svg.hashsalt": "covertool"}):
+        figure.savefig(
+            temporary, format=known.driver.lower(), dpi=200, metadata=_UNDATED[known.name]
+        )

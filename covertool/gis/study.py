@@ -1,0 +1,39 @@
+"""A study's layers as they lie in its file, for the exporters, which never compute."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from covertool.gis import guard
+from covertool.gis.formats import GEOPACKAGE
+from covertool.gis.layers import geometry_layers, read_layer, readable
+
+if TYPE_CHECKING:
+    import geopandas as gpd
+
+
+def layer_names(path: str | Path) -> list[str]:
+    """Return the names of the layers of a study that hold geometry.
+
+    Raises
+    ------
+    FileError
+        When the file is not a readable GeoPackage.
+    """
+    checked, known = guard.input_file(path, (GEOPACKAGE,))
+    with readable(checked, known) as opened:
+        return geometry_layers(opened, checked)
+
+
+def read_layers(path: str | Path, names: Iterable[str]) -> dict[str, gpd.GeoDataFrame]:
+    """Return those of the named layers that a study has, in the order of the names.
+
+    Raises
+    ------
+    FileError
+        When the file is not a readable GeoPackage.
+    """
+    there = set(layer_names(path))
+    return {name: read_layer(f"{path}:{name}", name).frame for name in names if name in there}
