@@ -1,0 +1,168 @@
+"""The one writer of GeoPackages: styled, indexed, the same bytes for the same input."""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Iterator, Mapping
+from contextlib import closing, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from covertool.errors import FileError
+from covertool.gis import guard
+from covertool.gis.columns import layer_kind, typed
+from covertool.gis.layers import snapshot
+from covertool.gis.styles import LAYER_STYLES, qml, sld
+
+if TYPE_CHECKING:
+    import geopandas as gpd
+
+DATE = "2000-01-01T00:00:00.000Z"
+"""Written as every file's date, so that the same input gives the same bytes."""
+
+_STYLES = """CREATE TABLE IF NOT EXISTS layer_styles (
+ id INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, f_table_catalog TEXT(256),
+ f_table_schema TEXT(256), f_table_name TEXT(256), f_geometry_column TEXT(256),
+ styleName TEXT(30), styleQML TEXT, styleSLD TEXT, useAsDefault BOOLEAN, description TEXT,
+ owner TEXT(30), ui TEXT(30), update_time DATETIME)"""
+_METADATA = "CREATE TABLE IF NOT EXISTS metadata (key TEXT PRIMARY KEY NOT NULL, value TEXT)"
+
+
+def write_geopackage(
+    path: Path,
+    layers: Mapping[str, gpd.GeoDataFrame],
+    *,
+    into: bool = False,
+    metadata: Mapping[str, str] | None = None,
+) -> None:
+    """Write layers as a whole new GeoPackage, or into a copy of an existing one.
+
+    The result takes the place of the old file in one step. With ``into`` all other layers stay as
+    they are; without it nothing of the old file stays.
+
+    Raises
+    ------
+    FileError
+        When the file is locked or open elsewhere, or a layer did not arrive whole.
+    """
+    if path.exists():
+        _release(path)
+    with guard.replacing(path) as temporary:
+        if into and path.exists():
+            snapshot(path, temporary)
+        with _fixed_date():
+            for name, frame in layers.items():
+                _write_layer(temporary, name, frame)
+        _write_tables(temporary, layers, metadata or {})
+        _check(temporary, path, layers)
+
+
+def read_metadata(path: Path) -> dict[str, str]:
+    """Return the metadata table of a GeoPackage; empty when it has none."""
+    with closing(_connect_read_only(path)) as connection:
+        there = connection.execute("SELECT 1 FROM sqlite_master WHERE name = 'metadata'").fetchone()
+        rows = connection.execute("SELECT key, value FROM metadata").fetchall() if there else []
+    return dict(rows)
+
+
+def _connect_read_only(path: Path) -> sqlite3.Connection:
+    return sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True)
+
+
+@contextmanager
+def _fixed_date() -> Iterator[None]:
+    import pyogrio
+
+    pyogrio.set_gdal_config_options({"OGR_CURRENT_DATE": DATE})
+    try:
+        yield
+    finally:
+        pyogrio.set_gdal_config_options({"OGR_CURRENT_DATE": None})
+
+
+def _write_layer(path: Path, name: str, frame: gpd.GeoDataFrame) -> None:
+    import pyogrio
+
+    kind = layer_kind(name, frame)
+    table = typed(frame)
+    taken = {str(column).lower() for column in table.columns if column != table.geometry.name}
+    pyogrio.write_dataframe(
+        table,
+        path,
+        layer=name,
+        driver="GPKG",
+        geometry_type=kind,
+        promote_to_multi=kind.startswith("Multi"),
+        layer_options={
+            "SPATIAL_INDEX": "YES",
+            "GEOMETRY_NAME": "geom" if "geom" not in taken else "shape_geom",
+            "FID": "fid" if "fid" not in taken else "ogc_fid",
+        },
+    )
+
+
+def _write_tables(
+    path: Path, layers: Mapping[str, gpd.GeoDataFrame], metadata: Mapping[str, str]
+) -> None:
+    with closing(sqlite3.connect(path)) as connection, connection:
+        connection.execute(_STYLES)
+        connection.execute(_METADATA)
+        for table in ("layer_styles", "metadata"):
+            connection.execute(
+                "INSERT OR IGNORE INTO gpkg_contents (table_name, data_type, identifier,"
+                " description, last_change) VALUES (?, 'attributes', ?, '', ?)",
+                (table, table, DATE),
+            )
+        for name in layers:
+            connection.execute("DELETE FROM layer_styles WHERE f_table_name = ?", (name,))
+            if name in LAYER_STYLES:
+                _insert_style(connection, name)
+        connection.executemany("INSERT OR REPLACE INTO metadata VALUES (?, ?)", metadata.items())
+
+
+def _insert_style(connection: sqlite3.Connection, name: str) -> None:
+    style = LAYER_STYLES[name]
+    column = connection.execute(
+        "SELECT column_name FROM gpkg_geometry_columns WHERE table_name = ?", (name,)
+    ).fetchone()[0]
+    connection.execute(
+        "INSERT INTO layer_styles (f_table_catalog, f_table_schema, f_table_name,"
+        " f_geometry_column, styleName, styleQML, styleSLD, useAsDefault, description, owner,"
+        " update_time) VALUES ('', '', ?, ?, 'covertool', ?, ?, 1, 'colours of the paper', '', ?)",
+        (name, column, qml(style), sld(name, style), DATE),
+    )
+
+
+def _check(temporary: Path, path: Path, layers: Mapping[str, gpd.GeoDataFrame]) -> None:
+    """Reopen the file and count: what was written must be there."""
+    with closing(_connect_read_only(temporary)) as connection:
+        for name, frame in layers.items():
+            quoted = name.replace('"', '""')
+            count = connection.execute(f'SELECT count(*) FROM "{quoted}"').fetchone()[0]
+            if count != len(frame):
+                raise FileError(
+                    f"{count} of {len(frame)} rows of the layer {name} arrived",
+                    str(path),
+                    "check free space and try again",
+                )
+
+
+def _release(path: Path) -> None:
+    """Refuse a file that another program holds; settle its write-ahead log.
+
+    A log left beside the file that takes its place would be played into it.
+    """
+    try:
+        with closing(sqlite3.connect(path, timeout=1)) as connection:
+            mode = connection.execute("PRAGMA journal_mode=DELETE").fetchone()[0]
+            connection.execute("BEGIN EXCLUSIVE")
+    except sqlite3.OperationalError as error:
+        if "locked" not in str(error):
+            return
+        mode = "locked"
+    except sqlite3.DatabaseError:
+        return
+    if mode != "delete":
+        raise FileError(
+            "the file is open in another program", str(path), "close it there and try again"
+        )

@@ -1,0 +1,257 @@
+"""Opening one layer of a vector file: the right layer, its CRS settled, no side effects."""
+
+from __future__ import annotations
+
+import logging
+import shutil
+import sqlite3
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import shapely
+from pyproj import CRS
+
+from covertool import crs as crs_door
+from covertool.errors import ColumnError, CrsError, FileError, GeometryError
+from covertool.gis import guard, tables
+from covertool.gis.columns import SHORT_NAMES
+from covertool.gis.formats import (
+    CSV,
+    GEOJSON,
+    GEOPACKAGE,
+    GEOPARQUET,
+    SHAPEFILE,
+    VECTOR_FORMATS,
+    Format,
+)
+
+if TYPE_CHECKING:
+    import geopandas as gpd
+
+_LOG = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Layer:
+    """The rows of one layer as they lie in the file, with their CRS settled."""
+
+    frame: gpd.GeoDataFrame
+    crs: CRS
+    where: str
+
+
+def read_layer(spec: str | Path, default: str | None, crs: str | CRS | None = None) -> Layer:
+    """Return one layer of a vector file.
+
+    Parameters
+    ----------
+    spec : str or Path
+        ``FILE`` or ``FILE:LAYER``.
+    default : str or None
+        Layer to read when the spec names none; else the only layer, else an error.
+    crs : str, CRS or None
+        CRS to assign when the layer names none.
+
+    Raises
+    ------
+    FileError, CrsError, ColumnError
+        When the file, its CRS or its columns cannot be used.
+    """
+    asked, wanted = guard.layer_spec(spec)
+    path, known = guard.input_file(asked, VECTOR_FORMATS)
+    assigned = crs_door.parse(crs) if crs is not None else None
+    where = str(path)
+    if known is CSV:
+        frame = tables.read_points(path, assigned)
+    elif known is GEOPARQUET:
+        frame = _read_parquet(path, assigned)
+    else:
+        with readable(path, known) as opened:
+            layer = choose_layer(path, geometry_layers(opened, path), wanted, default)
+            frame = _read_ogr(opened, path, layer)
+        if known is SHAPEFILE:
+            frame = frame.rename(columns={short: name for name, short in SHORT_NAMES.items()})
+        where = f"{path}:{layer}" if known.layers else where
+    return Layer(frame, _settle_crs(frame, known, assigned, where), where)
+
+
+def choose_layer(path: Path, names: list[str], wanted: str | None, default: str | None) -> str:
+    """Return the layer to read: the wanted one, else the default, else the only one."""
+    listed = ", ".join(names) or "none"
+    if wanted is not None:
+        if wanted in names:
+            return wanted
+        raise FileError(
+            f"there is no layer {wanted!r}", str(path), f"choose one of its layers: {listed}"
+        )
+    if default in names:
+        return str(default)
+    if len(names) == 1:
+        return names[0]
+    said = f"no layer {default!r} and not just one layer" if default else "not just one layer"
+    raise FileError(
+        f"it is open which layer is meant: {said}",
+        str(path),
+        f"name it as {path.name}:LAYER; the layers are: {listed}",
+    )
+
+
+def geometry_layers(opened: Path, path: Path) -> list[str]:
+    """Return the names of the layers that hold geometry."""
+    import pyogrio
+
+    try:
+        listed = pyogrio.list_layers(opened)
+    except pyogrio.errors.DataSourceError as error:
+        raise _unreadable(path, error) from None
+    return [str(name) for name, kind in listed if kind is not None]
+
+
+@contextmanager
+def readable(path: Path, known: Format) -> Iterator[Path]:
+    """Yield a path to read from that leaves nothing beside the user's file.
+
+    A GeoPackage that another program holds open in WAL mode is read from a copy of the file and
+    its log; SQLite would else write ``-wal`` and ``-shm`` files beside it.
+    """
+    if known is not GEOPACKAGE:
+        yield path
+        return
+    with path.open("rb") as file:
+        wal_mode = file.read(20)[18:20] == b"\x02\x02"
+    if not wal_mode:
+        _require_unlocked(path)
+        yield path
+        return
+    with tempfile.TemporaryDirectory(prefix="covertool-") as folder:
+        copy = Path(folder) / "snapshot.gpkg"
+        snapshot(path, copy)
+        yield copy
+
+
+def snapshot(path: Path, copy: Path) -> None:
+    """Copy a SQLite file with its write-ahead log, and leave the copy in rollback mode."""
+    shutil.copyfile(path, copy)
+    log = path.with_name(path.name + "-wal")
+    if log.is_file():
+        shutil.copyfile(log, copy.with_name(copy.name + "-wal"))
+    try:
+        connection = sqlite3.connect(copy)
+        try:
+            connection.execute("PRAGMA journal_mode=DELETE").fetchall()
+        finally:
+            connection.close()
+    except sqlite3.Error as error:
+        raise _unreadable(path, error) from None
+
+
+def _require_unlocked(path: Path) -> None:
+    try:
+        connection = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=1)
+        try:
+            connection.execute("SELECT count(*) FROM sqlite_master").fetchone()
+        finally:
+            connection.close()
+    except sqlite3.OperationalError as error:
+        if "locked" in str(error):
+            raise FileError(
+                "the file is locked by another program",
+                str(path),
+                "close it there (or let it finish) and try again",
+            ) from None
+        raise _unreadable(path, error) from None
+    except sqlite3.DatabaseError as error:
+        raise _unreadable(path, error) from None
+
+
+def _read_ogr(opened: Path, path: Path, layer: str) -> gpd.GeoDataFrame:
+    import geopandas as gpd
+    import pyogrio
+
+    try:
+        frame = pyogrio.read_dataframe(opened, layer=layer, force_2d=True, on_invalid="warn")
+    except (pyogrio.errors.DataSourceError, pyogrio.errors.DataLayerError) as error:
+        raise _unreadable(path, error) from None
+    except (pyogrio.errors.FeatureError, shapely.errors.ShapelyError, UnicodeError) as error:
+        raise _unreadable(path, error) from None
+    if not isinstance(frame, gpd.GeoDataFrame):
+        raise GeometryError("the layer holds no geometry", f"{path}:{layer}", "name another layer")
+    return frame
+
+
+def _read_parquet(path: Path, assigned: CRS | None) -> gpd.GeoDataFrame:
+    import geopandas as gpd
+    import pandas as pd
+    import pyarrow as pa
+
+    try:
+        return gpd.read_parquet(path)
+    except (ValueError, KeyError) as error:
+        if "geo" not in str(error).lower():
+            raise _unreadable(path, error) from None
+    except (pa.ArrowException, OSError) as error:
+        raise _unreadable(path, error) from None
+    try:
+        return tables.to_points(pd.read_parquet(path), str(path), assigned)
+    except (pa.ArrowException, OSError) as error:
+        raise _unreadable(path, error) from None
+
+
+def _unreadable(path: Path, error: Exception) -> FileError:
+    told = str(error).replace(str(path), path.name)
+    return FileError(
+        f"the file cannot be read: {told}", str(path), "check it in QGIS, or write it again"
+    )
+
+
+def _settle_crs(frame: gpd.GeoDataFrame, known: Format, assigned: CRS | None, where: str) -> CRS:
+    found = _named_crs(frame)
+    if found is None:
+        if assigned is None:
+            raise CrsError("the layer names no CRS", where, "add --crs EPSG:CODE of its numbers")
+        return assigned
+    if assigned is None or found.equals(assigned, ignore_axis_order=True):
+        return found
+    if known is GEOJSON and found == crs_door.WGS84 and not _looks_like_degrees(frame):
+        _LOG.warning(
+            "warning: %s: its numbers are not the WGS 84 degrees of RFC 7946; read as %s",
+            where,
+            crs_door.name(assigned),
+        )
+        return assigned
+    raise CrsError(
+        f"the layer is in {crs_door.name(found)} and --crs says {crs_door.name(assigned)}",
+        where,
+        "leave --crs out (it only names a missing CRS), or use --dst-crs to transform",
+    )
+
+
+def _named_crs(frame: gpd.GeoDataFrame) -> CRS | None:
+    if frame.crs is None or frame.crs.name.lower().startswith(("undefined", "unknown")):
+        return None
+    found = CRS.from_user_input(frame.crs)
+    return crs_door.IMAGE_PLANE if crs_door.is_image_plane(found) else found
+
+
+def _looks_like_degrees(frame: gpd.GeoDataFrame) -> bool:
+    bounds = np.abs(frame.total_bounds)
+    return bool(np.nanmax(bounds[[0, 2]]) <= 360 and np.nanmax(bounds[[1, 3]]) <= 90)
+
+
+def column(frame: gpd.GeoDataFrame, name: str) -> str | None:
+    """Return the column of a name in any case, or None.
+
+    Raises
+    ------
+    ColumnError
+        When two columns differ only in case.
+    """
+    found = [str(known) for known in frame.columns if str(known).lower() == name]
+    if len(found) > 1:
+        raise ColumnError(f"columns {' and '.join(found)} differ only in case", name, "rename one")
+    return found[0] if found else None

@@ -1,0 +1,194 @@
+"""What goes out: layers in any of the vector formats, written whole or not at all."""
+
+from __future__ import annotations
+
+import logging
+import os
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import shapely
+
+from covertool import crs as crs_door
+from covertool.errors import CrsError, FileError, GeometryError, OptionError
+from covertool.gis import formats, guard
+from covertool.gis.columns import layer_kind, short_names, typed
+from covertool.gis.formats import VECTOR_FORMATS, Format
+from covertool.gis.geopackage import write_geopackage
+
+if TYPE_CHECKING:
+    import geopandas as gpd
+
+_LOG = logging.getLogger(__name__)
+
+
+def write_layers(
+    path: str | Path,
+    layers: Mapping[str, gpd.GeoDataFrame],
+    *,
+    overwrite: bool = False,
+    into: bool = False,
+    metadata: Mapping[str, str] | None = None,
+) -> None:
+    """Write layers to a file; the extension decides the format.
+
+    Parameters
+    ----------
+    path : str or Path
+        ``.gpkg`` holds many layers; ``.geojson``, ``.parquet``, ``.fgb``, ``.shp`` and ``.csv``
+        (points) hold one.
+    layers : mapping of str to GeoDataFrame
+        Layers by name.
+    overwrite : bool
+        Replace an existing file.
+    into : bool
+        Add or replace only these layers in an existing GeoPackage; a new one is made if there is
+        none.
+    metadata : mapping of str to str, or None
+        Keys and values for the metadata table of a GeoPackage.
+
+    Raises
+    ------
+    FileError, CrsError, OptionError, GeometryError
+        When the path or the layers do not fit; the old file is then as it was.
+    """
+    checked, known = guard.output_file(path, VECTOR_FORMATS, overwrite=overwrite or into)
+    if not layers:
+        raise OptionError("there is no layer to write", str(checked), "name at least one")
+    if into and known is not formats.GEOPACKAGE:
+        raise OptionError("only a GeoPackage takes layers into it", str(checked), "use a .gpkg")
+    if known is formats.GEOPACKAGE:
+        if into and checked.exists():
+            guard.input_file(checked, (formats.GEOPACKAGE,))
+        write_geopackage(checked, layers, into=into, metadata=metadata)
+        return
+    if len(layers) > 1:
+        raise OptionError(
+            f"{known.name} holds one layer, not {len(layers)} ({', '.join(layers)})",
+            str(checked),
+            "write a .gpkg, or choose one layer",
+        )
+    name, frame = next(iter(layers.items()))
+    _write_single(checked, known, name, frame)
+
+
+def _write_single(path: Path, known: Format, name: str, frame: gpd.GeoDataFrame) -> None:
+    if known is formats.SHAPEFILE:
+        _write_shapefile(path, name, frame)
+        return
+    with guard.replacing(path) as temporary:
+        if known is formats.GEOJSON:
+            _write_geojson(temporary, name, frame, path)
+        elif known is formats.GEOPARQUET:
+            typed(frame).to_parquet(
+                temporary, index=False, write_covering_bbox=True, schema_version="1.1.0"
+            )
+        elif known is formats.CSV:
+            _write_csv(temporary, frame, path)
+        else:
+            _write_ogr(temporary, known, name, frame, SPATIAL_INDEX="YES")
+        _check(temporary, known, path, len(frame))
+
+
+def _write_ogr(
+    path: Path, known: Format, name: str, frame: gpd.GeoDataFrame, **layer_options: str
+) -> None:
+    import pyogrio
+
+    kind = layer_kind(name, frame)
+    pyogrio.write_dataframe(
+        typed(frame),
+        path,
+        layer=name,
+        driver=known.driver,
+        geometry_type=kind,
+        promote_to_multi=kind.startswith("Multi"),
+        layer_options=layer_options,
+    )
+
+
+def _write_geojson(path: Path, name: str, frame: gpd.GeoDataFrame, target: Path) -> None:
+    """Write RFC 7946: WGS 84, exterior rings counterclockwise, seven decimals, no crs member."""
+    _write_ogr(path, formats.GEOJSON, name, in_wgs84(frame, target), RFC7946="YES")
+
+
+def in_wgs84(frame: gpd.GeoDataFrame, target: Path) -> gpd.GeoDataFrame:
+    """Return the frame in WGS 84 longitude and latitude.
+
+    Raises
+    ------
+    CrsError
+        When the frame lies in an image plane, which has no place on Earth.
+    """
+    source = frame.crs
+    if source is None or crs_door.is_image_plane(source):
+        raise CrsError(
+            "the layer lies in an image plane, and this format needs a place on Earth",
+            str(target),
+            "extract again with --crs EPSG:CODE and --origin X,Y of the image's lower left corner",
+        )
+    moved = crs_door.transform_geometries(
+        np.asarray(frame.geometry.array, dtype=object), source, crs_door.WGS84
+    )
+    return frame.set_geometry(list(moved), crs=None).set_crs(crs_door.WGS84, allow_override=True)
+
+
+def _write_csv(path: Path, frame: gpd.GeoDataFrame, target: Path) -> None:
+    import pandas as pd
+
+    kinds = set(np.unique(shapely.get_type_id(frame.geometry.array)).tolist())
+    if not kinds <= {0}:
+        raise GeometryError(
+            "a CSV file holds points only", str(target), "write polygons to a .gpkg or .geojson"
+        )
+    places = frame.geometry.array
+    geographic = frame.crs is not None and frame.crs.is_geographic
+    names = ("lon", "lat") if geographic else ("x", "y")
+    rest = frame.drop(columns=[frame.geometry.name, "x_m", "y_m"], errors="ignore")
+    coordinates = pd.DataFrame(
+        dict(zip(names, (shapely.get_x(places), shapely.get_y(places)), strict=True)),
+        index=frame.index,
+    )
+    pd.concat([coordinates, rest], axis=1).to_csv(path, index=False, lineterminator="\n")
+    if not geographic and frame.crs is not None:
+        _LOG.info("%s: read it again with --crs %s", target, crs_door.name(frame.crs))
+
+
+def _write_shapefile(path: Path, name: str, frame: gpd.GeoDataFrame) -> None:
+    """Write all parts of a Shapefile in a folder beside, then move them; the .shp comes last."""
+    columns = [str(column) for column in frame.columns if column != frame.geometry.name]
+    renamed = frame.rename(columns=short_names(columns))
+    with tempfile.TemporaryDirectory(prefix=".part-", dir=path.parent) as folder:
+        temporary = Path(folder) / path.name
+        _write_ogr(temporary, formats.SHAPEFILE, path.stem, renamed, ENCODING="UTF-8")
+        _check(temporary, formats.SHAPEFILE, path, len(frame))
+        parts = sorted(Path(folder).iterdir(), key=lambda part: part.suffix == ".shp")
+        for part in parts:
+            os.replace(part, path.with_name(part.name))
+    _LOG.info("%s: layer %s written with column names %s", path, name, list(renamed.columns))
+
+
+def _check(temporary: Path, known: Format, path: Path, expected: int) -> None:
+    """Reopen the file and count its rows."""
+    count = _count(temporary, known)
+    if count != expected:
+        raise FileError(
+            f"{count} of {expected} rows arrived", str(path), "check free space and try again"
+        )
+
+
+def _count(path: Path, known: Format) -> int:
+    if known is formats.GEOPARQUET:
+        import pyarrow.parquet as pq
+
+        return int(pq.ParquetFile(path).metadata.num_rows)
+    if known is formats.CSV:
+        import pandas as pd
+
+        return len(pd.read_csv(path))
+    import pyogrio
+
+    return int(pyogrio.read_info(path, force_feature_count=True)["features"])
