@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields, replace
+from datetime import date
 from typing import TYPE_CHECKING, Any, Protocol, Self
 
 import numpy as np
@@ -430,6 +431,18 @@ class OccupancyCell:
 
 
 @dataclass(frozen=True)
+class OccupancyDay:
+    """One date and window: percentages are None where too little was observed."""
+
+    date: date
+    day: str
+    window: str
+    percent: float | None
+    filled_percent: float | None
+    observed_fraction: float
+
+
+@dataclass(frozen=True)
 class OccupancyMean:
     """A mean over a group of cells or days, with ``text`` rounded half up to two decimals."""
 
@@ -448,6 +461,7 @@ class OccupancyTable:
 
     cells: tuple[OccupancyCell, ...]
     means: tuple[OccupancyMean, ...]
+    days: tuple[OccupancyDay, ...] = ()
 
     def to_frame(self) -> pd.DataFrame:
         """Return one row for each cell."""
