@@ -301,8 +301,15 @@ class Study:
 class AnchorSource(Protocol):
     """Anchors that can be read by bounding box, from a file or from memory; picklable."""
 
-    crs: CRS
-    bounds: Bounds
+    @property
+    def crs(self) -> CRS:
+        """CRS of the coordinates."""
+        ...
+
+    @property
+    def bounds(self) -> Bounds:
+        """Least and greatest coordinates: x0, y0, x1, y1."""
+        ...
 
     def read(self, bounds: Bounds | None = None) -> Anchors:
         """Return the anchors inside bounds (x0, y0, x1, y1; closed), or all of them."""
@@ -315,11 +322,30 @@ class RasterSource(Protocol):
     Pixel coordinates run x to the right and y down; the corner of the first pixel is (0, 0).
     """
 
-    name: str
-    width: int
-    height: int
-    bands: int
-    crs: CRS
+    @property
+    def name(self) -> str:
+        """Name for messages and for the image column."""
+        ...
+
+    @property
+    def width(self) -> int:
+        """Columns."""
+        ...
+
+    @property
+    def height(self) -> int:
+        """Rows."""
+        ...
+
+    @property
+    def bands(self) -> int:
+        """Bands without alpha."""
+        ...
+
+    @property
+    def crs(self) -> CRS:
+        """Working CRS of the metres."""
+        ...
 
     def read(self, x0: int, y0: int, width: int, height: int) -> npt.NDArray[Any]:
         """Return (bands, height, width) of a window; outside the image it is padded with zeros."""

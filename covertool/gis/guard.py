@@ -53,7 +53,7 @@ def input_file(path: str | Path, formats: tuple[Format, ...]) -> tuple[Path, For
         first bytes are not those of its extension.
     """
     checked = local_path(path)
-    _require_readable(checked)
+    require_readable(checked)
     known = by_suffix(checked, formats)
     if known is None:
         raise FileError(
@@ -65,7 +65,8 @@ def input_file(path: str | Path, formats: tuple[Format, ...]) -> tuple[Path, For
     return checked, known
 
 
-def _require_readable(path: Path) -> None:
+def require_readable(path: Path) -> None:
+    """Refuse a path that is absent, not a file, empty or not to be read."""
     try:
         if not path.exists():
             raise FileError("the file does not exist", str(path), "check the path and its spelling")

@@ -1,0 +1,124 @@
+"""Anchors in GeoParquet, sorted in space, so that a worker reads only those near its tile."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from pyproj import CRS
+
+from covertool.crs import IMAGE_PLANE, is_image_plane
+from covertool.errors import ColumnError, FileError
+from covertool.gis import guard
+from covertool.gis.columns import typed
+from covertool.gis.formats import GEOPARQUET
+from covertool.model import Anchors, Bounds
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+_ROWS_PER_GROUP = 16_384
+_COLUMNS = ("id", "x_m", "y_m", "radius_m", "device_class", "sigma_m", "origin")
+
+
+def write_anchors(path: str | Path, anchors: Anchors, *, overwrite: bool = False) -> None:
+    """Write anchors as GeoParquet 1.1 along a Hilbert curve, in small row groups.
+
+    Neighbours on the curve are neighbours on the ground, so that each row group covers a small
+    area and `ParquetAnchors` can leave most of them unread.
+
+    Raises
+    ------
+    FileError
+        When the path may not be written.
+    """
+    checked, _ = guard.output_file(path, (GEOPARQUET,), overwrite=overwrite)
+    frame = typed(anchors.to_frame())
+    if len(frame) > 1:
+        order = np.argsort(frame.geometry.hilbert_distance().to_numpy(), kind="stable")
+        frame = frame.iloc[order]
+    with guard.replacing(checked) as temporary:
+        frame.to_parquet(
+            temporary,
+            index=False,
+            write_covering_bbox=True,
+            schema_version="1.1.0",
+            row_group_size=_ROWS_PER_GROUP,
+        )
+        if _open(temporary).metadata.num_rows != len(anchors):
+            raise FileError("not all rows arrived", str(path), "check free space and try again")
+
+
+@dataclass(frozen=True)
+class ParquetAnchors:
+    """Anchors in a file of `write_anchors`, read by bounding box; picklable.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Raises
+    ------
+    FileError, ColumnError
+        When the file is no GeoParquet of anchors.
+    """
+
+    path: Path
+    crs: CRS
+    bounds: Bounds
+
+    def __init__(self, path: str | Path) -> None:
+        checked, _ = guard.input_file(path, (GEOPARQUET,))
+        file = _open(checked)
+        missing = [name for name in _COLUMNS if name not in file.schema_arrow.names]
+        told = json.loads((file.metadata.metadata or {}).get(b"geo", b"{}"))
+        column = told.get("columns", {}).get(told.get("primary_column"), {})
+        if missing or column.get("crs") is None:
+            raise ColumnError(
+                f"this is no GeoParquet of anchors (missing: {', '.join(missing) or 'CRS'})",
+                str(checked),
+                "write it with covertool convert",
+            )
+        crs = CRS.from_json_dict(column["crs"])
+        bounds = tuple(column.get("bbox") or (np.nan,) * 4)
+        object.__setattr__(self, "path", checked)
+        object.__setattr__(self, "crs", IMAGE_PLANE if is_image_plane(crs) else crs)
+        object.__setattr__(self, "bounds", bounds)
+
+    def read(self, bounds: Bounds | None = None) -> Anchors:
+        """Return the anchors inside bounds (x0, y0, x1, y1; closed), or all of them."""
+        import pyarrow.compute as pc
+        import pyarrow.parquet as pq
+
+        inside = None
+        if bounds is not None:
+            x0, y0, x1, y1 = bounds
+            x, y = pc.field("x_m"), pc.field("y_m")
+            inside = (x >= x0) & (x <= x1) & (y >= y0) & (y <= y1)
+        table = pq.read_table(self.path, columns=list(_COLUMNS), filters=inside)
+        return _anchors(table, self.crs)
+
+
+def _anchors(table: pa.Table, crs: CRS) -> Anchors:
+    columns: dict[str, Any] = {}
+    for name in _COLUMNS:
+        values = table.column(name)
+        if name in ("id", "device_class", "origin"):
+            columns[name] = np.array([*values.to_pylist(), None], dtype=object)[:-1]
+        else:
+            columns[name] = np.asarray(values.to_numpy(), dtype=float)
+    return Anchors(**columns, crs=crs)
+
+
+def _open(path: Path) -> Any:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        return pq.ParquetFile(path)
+    except (pa.ArrowException, OSError) as error:
+        raise FileError(f"the file cannot be read: {error}", str(path), "write it again") from None

@@ -1,0 +1,99 @@
+"""Where a result comes from: inputs, options, seeds and the versions of every engine."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from covertool import __version__
+from covertool.gis import guard
+
+_CHUNK = 1 << 20
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """What a result was made from and with.
+
+    Attributes
+    ----------
+    command : the arguments after ``covertool``
+    inputs : path as given and sha256 of each input file
+    options : the options that shape the result
+    seeds : name and value of each seed
+    versions : name and version of covertool and each engine
+    """
+
+    command: tuple[str, ...]
+    inputs: tuple[tuple[str, str], ...]
+    options: tuple[tuple[str, str], ...]
+    seeds: tuple[tuple[str, int], ...]
+    versions: tuple[tuple[str, str], ...]
+
+    def to_metadata(self) -> dict[str, str]:
+        """Return keys and JSON values, for the metadata table of a GeoPackage."""
+        return {key: json.dumps(value) for key, value in asdict(self).items()}
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the content for the ``provenance`` key of a verb's JSON object."""
+        return {
+            "command": list(self.command),
+            "inputs": [{"path": path, "sha256": sha} for path, sha in self.inputs],
+            "options": dict(self.options),
+            "seeds": dict(self.seeds),
+            "versions": dict(self.versions),
+        }
+
+
+def provenance(
+    command: Sequence[str],
+    inputs: Iterable[str | Path],
+    *,
+    options: Mapping[str, object] | None = None,
+    seeds: Mapping[str, int] | None = None,
+) -> Provenance:
+    """Return the provenance of a result: input files are hashed, versions looked up.
+
+    Raises
+    ------
+    FileError
+        When an input cannot be read.
+    """
+    hashed = tuple((str(spec), sha256(guard.layer_spec(spec)[0])) for spec in inputs)
+    return Provenance(
+        command=tuple(command),
+        inputs=hashed,
+        options=tuple((key, str(value)) for key, value in (options or {}).items()),
+        seeds=tuple((seeds or {}).items()),
+        versions=tuple(versions().items()),
+    )
+
+
+def sha256(path: Path) -> str:
+    """Return the SHA-256 of a file's bytes in hexadecimal."""
+    guard.require_readable(path)
+    digest = hashlib.sha256()
+    with path.open("rb") as file:
+        while chunk := file.read(_CHUNK):
+            digest.update(chunk)
+    return digest.hexdigest()
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of covertool, GEOS, PROJ and the GDAL of each wheel that carries one."""
+    import pyogrio
+    import pyproj
+    import rasterio
+    import shapely
+
+    return {
+        "covertool": __version__,
+        "GEOS": shapely.geos_version_string,
+        "GDAL (pyogrio)": ".".join(map(str, pyogrio.__gdal_version__)),
+        "GDAL (rasterio)": rasterio.__gdal_version__,
+        "PROJ": pyproj.__proj_version__,
+    }
