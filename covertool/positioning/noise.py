@@ -10,21 +10,40 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import numpy.typing as npt
 
 from covertool.errors import OptionError
+from covertool.model import Floats
 from covertool.positioning.kernel import kernel
 
-GPS, VELOCITY, RANGE_TO_CAR, RANGE_TO_ANCHOR, SWARM, ANCHOR, NLOS_CAR, NLOS_ANCHOR = range(8)
+GPS, VELOCITY, RANGE, SWARM, ANCHOR, NLOS = range(6)
 """What a number is drawn for: the last byte of the counter."""
 
+ANCHOR_BIT = 1 << 31
+"""Marks a neighbour's address as an anchor's number, not a car's."""
+
+Indices = npt.NDArray[np.int64]
+Words = tuple[np.uint32, np.uint32, np.uint32, np.uint32]
 MAX_RUNS = 1 << 24
 
-_LOW = np.uint64(0xFFFFFFFF)
 _32 = np.uint64(32)
 _MULTIPLIER_0, _MULTIPLIER_1 = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
-_WEYL_0, _WEYL_1 = np.uint64(0x9E3779B9), np.uint64(0xBB67AE85)
+_V1, _V2, _V3, _V4, _V5, _V6, _V7, _V8, _V9 = (
+    np.uint32((i * 0x9E3779B9) & 0xFFFFFFFF) for i in range(1, 10)
+)
+_W1, _W2, _W3, _W4, _W5, _W6, _W7, _W8, _W9 = (
+    np.uint32((i * 0xBB67AE85) & 0xFFFFFFFF) for i in range(1, 10)
+)
 _UNIT_32 = 2.0**-32
-_TWO_PI = 2.0 * math.pi
+_LOG_2 = math.log(2.0)
+_SQRT_2 = math.sqrt(2.0)
+_MANTISSA, _EXPONENT_ONE = np.int64((1 << 52) - 1), np.int64(1023 << 52)
+_SINE = tuple((-1.0) ** k / math.factorial(2 * k + 1) for k in range(11))
+_COSINE = tuple((-1.0) ** k / math.factorial(2 * k) for k in range(12))
+_ATANH = tuple(2.0 / (2 * k + 1) for k in range(12))
+_S0, _S1, _S2, _S3, _S4, _S5, _S6, _S7, _S8, _S9, _S10 = _SINE
+_C0, _C1, _C2, _C3, _C4, _C5, _C6, _C7, _C8, _C9, _C10, _C11 = _COSINE
+_L0, _L1, _L2, _L3, _L4, _L5, _L6, _L7, _L8, _L9, _L10, _L11 = _ATANH
 
 
 def check_address(seed: int, runs: int) -> None:
@@ -36,54 +55,114 @@ def check_address(seed: int, runs: int) -> None:
 
 
 @kernel
-def philox(
-    c0: int, c1: int, c2: int, c3: int, k0: int, k1: int
-) -> tuple[np.uint64, np.uint64, np.uint64, np.uint64]:
+def _round(w: Words, key_0: np.uint32, key_1: np.uint32) -> Words:
+    # Each word is held in 32 bits, so that the compiler sees 32-bit products and uses vectors.
+    p, q = _MULTIPLIER_0 * np.uint64(w[0]), _MULTIPLIER_1 * np.uint64(w[2])
+    high_q, high_p = np.uint32(q >> _32), np.uint32(p >> _32)
+    return (
+        np.uint32(high_q ^ w[1] ^ key_0),
+        np.uint32(q),
+        np.uint32(high_p ^ w[3] ^ key_1),
+        np.uint32(p),
+    )
+
+
+@kernel
+def philox(c0: int, c1: int, c2: int, c3: int, k0: int, k1: int) -> Words:
     """Return the four 32-bit words of Philox4x32-10 for a counter and a key of 32-bit words.
 
     >>> [f"{word:08x}" for word in philox(0, 0, 0, 0, 0, 0)]
     ['6627e8d5', 'e169c58d', 'bc57ac4c', '9b00dbd8']
     """
-    a, b, c, d = np.uint64(c0), np.uint64(c1), np.uint64(c2), np.uint64(c3)
-    key_0, key_1 = np.uint64(k0), np.uint64(k1)
-    for _ in range(10):
-        p = _MULTIPLIER_0 * a
-        q = _MULTIPLIER_1 * c
-        a, b, c, d = (q >> _32) ^ b ^ key_0, q & _LOW, (p >> _32) ^ d ^ key_1, p & _LOW
-        key_0 = (key_0 + _WEYL_0) & _LOW
-        key_1 = (key_1 + _WEYL_1) & _LOW
-    return a, b, c, d
+    w = (np.uint32(c0), np.uint32(c1), np.uint32(c2), np.uint32(c3))
+    a, b = np.uint32(k0), np.uint32(k1)
+    w = _round(w, a, b)
+    w = _round(w, np.uint32(a + _V1), np.uint32(b + _W1))
+    w = _round(w, np.uint32(a + _V2), np.uint32(b + _W2))
+    w = _round(w, np.uint32(a + _V3), np.uint32(b + _W3))
+    w = _round(w, np.uint32(a + _V4), np.uint32(b + _W4))
+    w = _round(w, np.uint32(a + _V5), np.uint32(b + _W5))
+    w = _round(w, np.uint32(a + _V6), np.uint32(b + _W6))
+    w = _round(w, np.uint32(a + _V7), np.uint32(b + _W7))
+    w = _round(w, np.uint32(a + _V8), np.uint32(b + _W8))
+    return _round(w, np.uint32(a + _V9), np.uint32(b + _W9))
 
 
 @kernel
 def words(
     key: tuple[int, int], purpose: int, run: int, time: int, car: int, neighbour: int
-) -> tuple[np.uint64, np.uint64, np.uint64, np.uint64]:
+) -> Words:
     """Return the four words at an address."""
     return philox(time, car, neighbour, (run << 8) | purpose, key[0], key[1])
 
 
 @kernel
-def unit(word: np.uint64) -> float:
+def unit(word: np.uint32) -> float:
     """Return a 32-bit word as a number in the open interval (0, 1)."""
     return (np.float64(word) + 0.5) * _UNIT_32
 
 
 @kernel
-def normal_pair(
-    key: tuple[int, int], purpose: int, run: int, time: int, car: int, neighbour: int
-) -> tuple[float, float]:
-    """Return two independent standard normals at an address, by Box and Muller (1958)."""
-    a, b, _, _ = words(key, purpose, run, time, car, neighbour)
-    size = math.sqrt(-2.0 * math.log(unit(a)))
-    angle = _TWO_PI * unit(b)
-    return size * math.cos(angle), size * math.sin(angle)
+def cos_sin_turns(turns: float) -> tuple[float, float]:
+    """Return cosine and sine of an angle in turns from 0 to 1, to 2e-15.
+
+    Taylor's series of half the angle from half a turn, then the double-angle formulas: without a
+    branch or a call, so that a loop over many angles runs in vector registers.
+    """
+    a = (turns - 0.5) * math.pi
+    z = a * a
+    s = _S5 + z * (_S6 + z * (_S7 + z * (_S8 + z * (_S9 + z * _S10))))
+    s = a * (_S0 + z * (_S1 + z * (_S2 + z * (_S3 + z * (_S4 + z * s)))))
+    c = _C6 + z * (_C7 + z * (_C8 + z * (_C9 + z * (_C10 + z * _C11))))
+    c = _C0 + z * (_C1 + z * (_C2 + z * (_C3 + z * (_C4 + z * (_C5 + z * c)))))
+    return 2.0 * s * s - 1.0, -2.0 * s * c
 
 
 @kernel
-def normal(
-    key: tuple[int, int], purpose: int, run: int, time: int, car: int, neighbour: int
-) -> float:
-    """Return one standard normal at an address: the first of its pair."""
-    a, b, _, _ = words(key, purpose, run, time, car, neighbour)
-    return math.sqrt(-2.0 * math.log(unit(a))) * math.cos(_TWO_PI * unit(b))
+def log(x: float) -> float:
+    """Return the natural logarithm of a positive, normal number, to 2e-15 relative to its terms.
+
+    ``log(m 2^e) = e log 2 + 2 atanh((m - 1) / (m + 1))`` with m near 1; in vector registers too.
+    """
+    bits = np.float64(x).view(np.int64)
+    exponent = np.float64(bits >> 52) - 1023.0
+    m = np.int64((bits & _MANTISSA) | _EXPONENT_ONE).view(np.float64)
+    large = m > _SQRT_2
+    m = m * 0.5 if large else m
+    exponent = exponent + 1.0 if large else exponent
+    s = (m - 1.0) / (m + 1.0)
+    z = s * s
+    tail = _L6 + z * (_L7 + z * (_L8 + z * (_L9 + z * (_L10 + z * _L11))))
+    tail = _L0 + z * (_L1 + z * (_L2 + z * (_L3 + z * (_L4 + z * (_L5 + z * tail)))))
+    return exponent * _LOG_2 + s * tail
+
+
+@kernel
+def fill_normal_pairs(
+    key: tuple[int, int],
+    purpose: int,
+    run: int,
+    time: int,
+    car: Indices,
+    neighbour: Indices,
+    first: Floats,
+    second: Floats,
+) -> None:
+    """Write two independent standard normals for each address, by Box and Muller (1958).
+
+    Parameters
+    ----------
+    key : (seed, scenario), each below 2^32
+    purpose, run, time : shared parts of the address
+    car, neighbour : (N,) the other parts
+    first, second : (N,) where the normals go
+    """
+    for i in range(car.size):
+        a, b, _, _ = words(key, purpose, run, time, car[i], neighbour[i])
+        first[i] = unit(a)
+        second[i] = unit(b)
+    for i in range(car.size):
+        size = math.sqrt(-2.0 * log(first[i]))
+        cosine, sine = cos_sin_turns(second[i])
+        first[i] = size * cosine
+        second[i] = size * sine

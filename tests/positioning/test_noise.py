@@ -6,7 +6,6 @@ from scipy import stats
 
 from covertool.errors import OptionError
 from covertool.positioning import noise
-from covertool.positioning.kernel import kernel
 
 KNOWN_ANSWERS = [  # kat_vectors of the Random123 distribution, lines "philox4x32 10"
     ((0,) * 4, (0,) * 2, "6627e8d5 e169c58d bc57ac4c 9b00dbd8"),
@@ -19,12 +18,10 @@ KNOWN_ANSWERS = [  # kat_vectors of the Random123 distribution, lines "philox4x3
 ]
 
 
-@kernel
-def _pairs(count):
-    out = np.empty((count, 2))
-    for i in range(count):
-        out[i] = noise.normal_pair((7, 0), noise.GPS, i % 13, i // 13, 3, 5)
-    return out
+def _pairs(car, neighbour, *, key=(7, 0), purpose=noise.GPS, run=1, time=2):
+    first, second = np.empty(car.size), np.empty(car.size)
+    noise.fill_normal_pairs(key, purpose, run, time, car, neighbour, first, second)
+    return np.stack([first, second], axis=1)
 
 
 @pytest.mark.parametrize(("counter", "key", "answer"), KNOWN_ANSWERS)
@@ -33,24 +30,48 @@ def test_philox_gives_the_published_answers(counter, key, answer):
 
 
 def test_box_muller_pairs_are_standard_normal_and_uncorrelated():
-    pairs = _pairs(200_000)
+    numbers = np.arange(200_000)
+    pairs = _pairs(numbers % 449, numbers // 449)
     assert stats.kstest(pairs.ravel(), "norm").pvalue > 1e-3
     assert abs(np.corrcoef(pairs.T)[0, 1]) < 4 / np.sqrt(len(pairs))
     assert abs(np.corrcoef(pairs[:-1, 0], pairs[1:, 0])[0, 1]) < 4 / np.sqrt(len(pairs))
 
 
+def test_cosine_and_sine_of_turns_agree_with_numpy():
+    turns = np.linspace(0.0, 1.0, 10_001)
+    ours = np.array([noise.cos_sin_turns(turn) for turn in turns])
+    theirs = np.stack([np.cos(2 * np.pi * turns), np.sin(2 * np.pi * turns)], axis=1)
+    np.testing.assert_allclose(ours, theirs, rtol=0, atol=3e-15)
+
+
+def test_the_logarithm_agrees_with_numpy():
+    x = np.concatenate([2.0 ** -np.arange(1, 34.0), np.linspace(1e-6, 2.0, 10_001)])
+    ours = np.array([noise.log(value) for value in x])
+    np.testing.assert_allclose(ours, np.log(x), rtol=2e-15, atol=2e-15)
+
+
 def test_every_part_of_the_address_changes_the_number():
-    base = [(7, 0), noise.GPS, 1, 2, 3, 4]
-    other = [(8, 0), noise.VELOCITY, 2, 3, 4, 5]
-    drawn = {noise.normal(*base)} | {
-        noise.normal(*base[:i], other[i], *base[i + 1 :]) for i in range(6)
+    three, four, five = np.array([3]), np.array([4]), np.array([5])
+    drawn = {
+        float(pair[0, 0])
+        for pair in (
+            _pairs(three, four),
+            _pairs(five, four),
+            _pairs(three, five),
+            _pairs(three, four, key=(8, 0)),
+            _pairs(three, four, key=(7, 1)),
+            _pairs(three, four, purpose=noise.RANGE),
+            _pairs(three, four, run=2),
+            _pairs(three, four, time=3),
+        )
     }
-    assert len(drawn) == 7
+    assert len(drawn) == 8
 
 
-def test_one_normal_is_the_first_of_its_pair():
-    address = ((7, 1), noise.RANGE_TO_CAR, 1, 2, 3, 4)
-    assert noise.normal(*address) == noise.normal_pair(*address)[0]
+def test_a_number_does_not_depend_on_what_is_drawn_beside_it():
+    cars = np.arange(101)
+    together, alone = _pairs(cars, cars), _pairs(cars[57:58], cars[57:58])
+    assert (together[57] == alone[0]).all()
 
 
 @pytest.mark.parametrize(("seed", "runs"), [(-1, 1), (2**32, 1), (0, 0)])
