@@ -1,5 +1,6 @@
 """Discs to coverage levels."""
 
-from covertool.coverage.areas import LevelAreas, coverage_levels, level_areas
+from covertool.coverage.areas import LevelAreas, level_areas
+from covertool.coverage.levels import coverage_levels
 
 __all__ = ["LevelAreas", "coverage_levels", "level_areas"]

@@ -1,113 +1,117 @@
-"""Anchors to discs: which radius each has, and whether the coordinates can be used."""
+"""Discs in uniform grids, one grid for each class of radii, stored cell by cell."""
+
+# mypy: disable-error-code="no-untyped-def,no-untyped-call"
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
-from covertool.dsrc import DEVICE_CLASSES, device_class
-from covertool.errors import ColumnError, CrsError, GeometryError, OptionError
-from covertool.model import Anchors, Floats, TransitArea
-
-Radius = float | str | None
-"""Metres, a device class (A to D), or None for each anchor's own radius or class."""
+from covertool.coverage.compiled import compiled
+from covertool.model import Floats
 
 
 @dataclass(frozen=True)
-class Radii:
-    """The radius of every anchor, and what to call it in a report.
+class DiscGrid:
+    """Distinct discs, sorted by class of radii (largest first) and by grid cell.
 
     Attributes
     ----------
-    each_m : (N,) radius of every anchor in metres
-    radius_m : the common radius, or None when several are mixed
-    device_class : the common device class, or None
+    discs : (N, 4) local x, y, radius and weight
+    source : (N,) the row of the input that each disc stands for
+    shape : (K, 3) for each class its columns, its rows, and the place of its cells in ``first``
+    place : (K, 4) for each class its lower left x and y, its cell size and its largest radius
+    first : the discs of cell c of class k are ``first[shape[k, 2] + c]`` up to the next entry
     """
 
-    each_m: Floats
-    radius_m: float | None
-    device_class: str | None
+    discs: Floats
+    source: npt.NDArray[np.int64]
+    shape: npt.NDArray[np.int64]
+    place: Floats
+    first: npt.NDArray[np.int64]
 
 
-def radii_of(anchors: Anchors, radius: Radius) -> Radii:
-    """Return the radius of every anchor for what the user asked.
+def disc_grid(x_m: Floats, y_m: Floats, radius_m: Floats, weights: Floats) -> DiscGrid:
+    """Return discs in grids; identical ones (same x, y and radius) become one with their weight.
 
-    Raises
-    ------
-    OptionError
-        When a radius is not a positive number, or the class is none of A to D.
-    ColumnError
-        When anchors' own radii are asked for and some have neither a radius nor a class.
+    A class holds the radii between two powers of two. Its cells are about two discs wide, at
+    most two radii: ``min(sqrt(2 A / n), 2 r)`` for n discs in a box of area A.
 
     Examples
     --------
-    >>> from pyproj import CRS
-    >>> radii_of(Anchors.from_points([0.0, 1.0], [0.0, 0.0], CRS(2157)), "B").each_m.tolist()
-    [100.0, 100.0]
+    >>> two = np.ones(2)
+    >>> disc_grid(two, two, 5 * two, two).discs.tolist()
+    [[1.0, 1.0, 5.0, 2.0]]
     """
-    if radius is None:
-        return _own_radii(anchors)
-    if isinstance(radius, str):
-        chosen = device_class(radius)
-        return Radii(np.full(len(anchors), chosen.radius_m), chosen.radius_m, chosen.name)
-    if not (np.isfinite(radius) and radius > 0):
-        raise OptionError(
-            f"a radius of {radius} m is not possible", "radius", "use a positive number of metres"
-        )
-    return Radii(np.full(len(anchors), float(radius)), float(radius), None)
-
-
-def check_anchors(anchors: Anchors, transit: TransitArea) -> None:
-    """Raise when anchors and transit area do not share a CRS, or a coordinate is not finite."""
-    if anchors.crs != transit.crs:
-        raise CrsError(
-            "the anchors and the transit area are in different coordinate reference systems",
-            f"{anchors.crs.name} and {transit.crs.name}",
-            "transform one of them with covertool.crs, or pass --dst-crs",
-        )
-    check_points(anchors.x_m, anchors.y_m)
-
-
-def check_points(x_m: Floats, y_m: Floats) -> None:
-    """Raise GeometryError when a coordinate is not a finite number."""
-    bad = np.flatnonzero(~(np.isfinite(x_m) & np.isfinite(y_m)))
-    if bad.size:
-        raise GeometryError(
-            f"{bad.size} anchors have coordinates that are not finite numbers",
-            f"anchor row {bad[0] + 1}: x {x_m[bad[0]]}, y {y_m[bad[0]]}",
-            "remove these rows or repair their coordinates",
-        )
-
-
-def check_radii(radius_m: Floats) -> None:
-    """Raise GeometryError when a radius is not a positive finite number."""
-    bad = np.flatnonzero(~(np.isfinite(radius_m) & (radius_m > 0)))
-    if bad.size:
-        raise GeometryError(
-            f"{bad.size} radii are not positive numbers",
-            f"anchor row {bad[0] + 1}: radius {radius_m[bad[0]]} m",
-            "give every anchor a radius above 0 m",
-        )
-
-
-def _own_radii(anchors: Anchors) -> Radii:
-    each = np.array(anchors.radius_m, dtype=float)
-    classes = np.array(anchors.device_class, dtype=object)
-    classes[np.isfinite(each)] = None
-    for name in {str(c) for c in classes if c is not None}:
-        each[classes == name] = device_class(name).radius_m
-    missing = np.flatnonzero(np.isnan(each))
-    if missing.size:
-        names = ", ".join(f"{c.name} {c.radius_m:g} m" for c in DEVICE_CLASSES.values())
-        raise ColumnError(
-            f"{missing.size} of {len(anchors)} anchors have neither a radius_m nor a device_class",
-            f"anchor {anchors.id[missing[0]]}",
-            f"fill column radius_m or device_class ({names}), or pass --radius METRES",
-        )
-    check_radii(each)
-    same_radius = each.size > 0 and bool(np.all(each == each[0]))
-    same_class = same_radius and classes[0] is not None and bool(np.all(classes == classes[0]))
-    return Radii(
-        each, float(each[0]) if same_radius else None, str(classes[0]) if same_class else None
+    discs, source = _merge(
+        np.ascontiguousarray(np.column_stack([x_m, y_m, radius_m]) + 0.0),
+        np.ascontiguousarray(weights),
     )
+    octave = np.floor(np.log2(discs[:, 2])).astype(np.int64)
+    shape, place = [], []
+    cell, cells = np.zeros(len(discs), np.int64), 0
+    for one in np.unique(octave)[::-1]:
+        members = octave == one
+        x, y, radius = discs[members, 0], discs[members, 1], discs[members, 2].max()
+        low_x, low_y, size, columns, rows = _layout(x, y, radius)
+        cell[members] = cells + ((y - low_y) // size).astype(np.int64) * columns
+        cell[members] += ((x - low_x) // size).astype(np.int64)
+        shape.append((columns, rows, cells))
+        place.append((low_x, low_y, size, radius))
+        cells += columns * rows
+    order = np.argsort(cell, kind="stable")
+    counts = np.bincount(cell, minlength=cells)
+    return DiscGrid(
+        np.ascontiguousarray(discs[order]),
+        source[order],
+        np.array(shape, dtype=np.int64).reshape(-1, 3),
+        np.array(place, dtype=float).reshape(-1, 4),
+        np.append(0, np.cumsum(counts)).astype(np.int64),
+    )
+
+
+def _layout(x: Floats, y: Floats, radius: float) -> tuple[float, float, float, int, int]:
+    """Return the lower left corner, cell size, columns and rows of a grid over points."""
+    low_x, low_y = float(x.min()), float(y.min())
+    width, height = float(x.max()) - low_x, float(y.max()) - low_y
+    area = max(width, 2 * radius) * max(height, 2 * radius)
+    # Never so small that a sparse table has many more cells than discs.
+    smallest = np.sqrt(area / max(8 * x.size, 1 << 14))
+    size = float(max(min(np.sqrt(2 * area / x.size), 2 * radius), smallest))
+    return low_x, low_y, size, int(width // size) + 1, int(height // size) + 1
+
+
+@compiled
+def _merge(discs, weights):
+    """Return the distinct discs with the sum of their weights, and the first row of each."""
+    n = discs.shape[0]
+    slots = 16
+    while slots < 2 * n:
+        slots *= 2
+    table = np.full(slots, -1, np.int64)
+    bits = discs.view(np.uint64)
+    merged, source, found = np.empty((n, 4)), np.empty(n, np.int64), 0
+    for i in range(n):
+        key = bits[i, 0] * np.uint64(0x9E3779B97F4A7C15)
+        key = (key ^ (key >> np.uint64(29)) ^ bits[i, 1]) * np.uint64(0xBF58476D1CE4E5B9)
+        key = (key ^ (key >> np.uint64(32)) ^ bits[i, 2]) * np.uint64(0x94D049BB133111EB)
+        slot = np.int64((key ^ (key >> np.uint64(31))) & np.uint64(slots - 1))
+        while table[slot] >= 0:
+            at = table[slot]
+            if (
+                merged[at, 0] == discs[i, 0]
+                and merged[at, 1] == discs[i, 1]
+                and merged[at, 2] == discs[i, 2]
+            ):
+                break
+            slot = (slot + 1) % slots
+        if table[slot] < 0:
+            table[slot] = found
+            merged[found, 0], merged[found, 1], merged[found, 2] = discs[i]
+            merged[found, 3] = 0.0
+            source[found] = i
+            found += 1
+        merged[table[slot], 3] += weights[i]
+    return merged[:found], source[:found]

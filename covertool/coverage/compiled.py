@@ -1,0 +1,46 @@
+"""Loops compiled to machine code by numba, once for each machine, and said so when it happens."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TypeVar, cast
+
+import numba
+from numba.core import event
+
+Loop = TypeVar("Loop", bound=Callable[..., object])
+
+_logger = logging.getLogger(__name__)
+
+
+def compiled(loop: Loop) -> Loop:
+    """Return a loop that numba compiles on its first call and keeps on disk for later runs.
+
+    The loops release the interpreter lock and start no threads of their own. Where no folder for
+    the cache can be written, they are compiled again in every run.
+    """
+    try:
+        return cast(Loop, numba.njit(loop, nogil=True, cache=True))
+    except RuntimeError:
+        return cast(Loop, numba.njit(loop, nogil=True))
+
+
+class _Announcement(event.Listener):
+    said = False
+
+    def on_start(self, event: object) -> None:
+        if not _Announcement.said:
+            _logger.warning("compiling the coverage engine for this machine, once (about 20 s) ...")
+            _Announcement.said = True
+
+    def on_end(self, event: object) -> None:
+        """Nothing is said at the end: the result follows."""
+
+
+@contextmanager
+def announced() -> Iterator[None]:
+    """Log one warning if a loop is really being compiled, and none when the cache has it."""
+    with event.install_listener("numba:compile", _Announcement()):
+        yield

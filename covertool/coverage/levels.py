@@ -1,0 +1,61 @@
+"""Anchors, a transit area and radii to the coverage report."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from covertool.coverage.areas import level_areas
+from covertool.coverage.radii import Radius, check_anchors, radii_of
+from covertool.model import Anchors, CoverageReport, RadiusCoverage, TransitArea
+
+
+def coverage_levels(
+    anchors: Anchors, transit: TransitArea, radii: Sequence[Radius]
+) -> CoverageReport:
+    """Return how much of the transit area hears none, one, two, and three or more anchors.
+
+    Anchors of several origins (parked, queue, rsu) are reported all together (origin None) and
+    each origin apart.
+
+    Parameters
+    ----------
+    anchors, transit : in the same projected CRS
+    radii : metres, device classes ``"A"`` to ``"D"``, or None for each anchor's own
+
+    Raises
+    ------
+    OptionError, ColumnError, GeometryError, CrsError
+        When a radius, a column, a coordinate or the CRS cannot be used.
+
+    Examples
+    --------
+    >>> import shapely
+    >>> from pyproj import CRS
+    >>> square = TransitArea(shapely.MultiPolygon([shapely.box(0, 0, 10, 10)]), CRS(2157))
+    >>> report = coverage_levels(Anchors.from_points([0.0], [0.0], CRS(2157)), square, [5.0])
+    >>> print(round(report.results[0].fractions[1], 6))
+    0.19635
+    """
+    check_anchors(anchors, transit)
+    present = sorted({str(origin) for origin in anchors.origin})
+    groups = [None, *(present if len(present) > 1 else [])]
+    results = tuple(
+        _radius_coverage(anchors, transit, radius, origin) for radius in radii for origin in groups
+    )
+    return CoverageReport(transit.area_m2, len(anchors), results)
+
+
+def _radius_coverage(
+    anchors: Anchors, transit: TransitArea, radius: Radius, origin: str | None
+) -> RadiusCoverage:
+    chosen = anchors if origin is None else anchors.take(anchors.origin == origin)
+    radii = radii_of(chosen, radius)
+    found = level_areas(chosen.x_m, chosen.y_m, radii.each_m, transit.polygons)
+    return RadiusCoverage(
+        radius_m=radii.radius_m,
+        device_class=radii.device_class,
+        origin=origin,
+        anchors=len(chosen),
+        areas_m2=found.areas_m2,
+        closure_m=found.closure_m,
+    )
