@@ -67,10 +67,12 @@ def _weather(canvas: Canvas, outline: np.ndarray, rng: Rng) -> None:
     found = canvas.mask(outline)
     if found is None:
         return
-    window, weight = found
-    side = max(weight.shape)
-    stain = noise(rng, side, rng.uniform(4, 40))[: weight.shape[0], : weight.shape[1]]
-    canvas.image[window] *= 1 + rng.uniform(0.01, 0.06) * (stain * weight)[..., None]
+    window, stencil = found
+    height, width = stencil.shape
+    stain = noise(rng, max(height, width), rng.uniform(4, 40))[:height, :width]
+    part = canvas.image[window]
+    gain = 1 + np.float32(rng.uniform(0.01, 0.06) / 255) * stain * stencil
+    part[...] = np.clip(part * gain[..., None], 0, 255)
 
 
 def _pitched_roof(

@@ -83,50 +83,68 @@ def shifted(points: Points, ahead_m: float, right_m: float) -> Points:
 
 
 class Canvas:
-    """A picture in metres: an RGB image of 0 to 1 and how much of each pixel is hidden from above.
+    """A picture in metres: an RGB image, what hides the ground, and what shades it, as bytes.
 
     Parameters
     ----------
     size_m : side of the square picture in metres
     px_per_m : pixels a metre
+
+    Attributes
+    ----------
+    image : (S, S, 3) uint8 RGB
+    cover, shade : (S, S) uint8; 255 = hidden from above, or in full shadow
     """
 
     def __init__(self, size_m: float, px_per_m: float) -> None:
         self.size_m = size_m
         self.px_per_m = px_per_m
         side = round(size_m * px_per_m)
-        self.image: Image = np.zeros((side, side, 3), np.float32)
-        self.cover = np.zeros((side, side), np.float32)
-        self.shade = np.zeros((side, side), np.float32)
+        self.image = np.zeros((side, side, 3), np.uint8)
+        self.cover = np.zeros((side, side), np.uint8)
+        self.shade = np.zeros((side, side), np.uint8)
 
-    def mask(self, points_m: Points) -> tuple[tuple[slice, slice], Image] | None:
+    def _fixed(self, points_m: Points, x0: int = 0, y0: int = 0) -> npt.NDArray[np.int32]:
+        """Return points as the fixed-point pixel-centre coordinates of OpenCV's drawing."""
+        pixels = points_m * self.px_per_m - (x0 + 0.5, y0 + 0.5)
+        return np.round(pixels * (1 << _SHIFT)).astype(np.int32)
+
+    def mask(self, points_m: Points) -> tuple[tuple[slice, slice], npt.NDArray[np.uint8]] | None:
         """Return the window of a polygon and its anti-aliased coverage there, None when outside."""
         pixels = points_m * self.px_per_m
         side = self.image.shape[0]
-        x0, y0 = np.maximum(np.floor(pixels.min(axis=0)).astype(int) - 1, 0)
-        x1, y1 = np.minimum(np.ceil(pixels.max(axis=0)).astype(int) + 2, side)
+        x0, y0 = (max(int(low) - 1, 0) for low in np.floor(pixels.min(axis=0)))
+        x1, y1 = (min(int(high) + 2, side) for high in np.ceil(pixels.max(axis=0)))
         if x0 >= x1 or y0 >= y1:
             return None
         stencil = np.zeros((y1 - y0, x1 - x0), np.uint8)
-        fixed = np.round((pixels - (x0 + 0.5, y0 + 0.5)) * (1 << _SHIFT)).astype(np.int32)
-        cv2.fillPoly(stencil, [fixed], 255, cv2.LINE_AA, _SHIFT)
-        return (slice(y0, y1), slice(x0, x1)), stencil.astype(np.float32) / 255
+        cv2.fillPoly(stencil, [self._fixed(points_m, x0, y0)], 255, cv2.LINE_AA, _SHIFT)
+        return (slice(y0, y1), slice(x0, x1)), stencil
 
     def in_sight(self, x_m: float, y_m: float, reach_m: float) -> bool:
         """Tell whether a thing of given reach may touch the picture."""
         low, high = -reach_m, self.size_m + reach_m
         return low < x_m < high and low < y_m < high
 
-    def polygon(self, points_m: Points, colour: Colour | Image, alpha: float = 1.0) -> None:
-        """Fill a polygon with one colour, or with the same place of a picture-wide texture."""
-        found = self.mask(points_m)
-        if found is None:
+    def polygon(self, points_m: Points, colour: Colour, alpha: float = 1.0) -> None:
+        """Fill a polygon with a colour of 0 to 1."""
+        ink = np.clip(np.asarray(colour, np.float64) * 255, 0, 255)
+        if alpha > 0.99:
+            cv2.fillPoly(self.image, [self._fixed(points_m)], ink.tolist(), cv2.LINE_AA, _SHIFT)
             return
-        window, weight = found
-        ink = np.asarray(colour, np.float32)
-        ink = ink[window] if ink.ndim == 3 else ink
-        part = self.image[window]
-        part += (weight * np.float32(alpha))[..., None] * (ink - part)
+        found = self.mask(points_m)
+        if found is not None:
+            window, stencil = found
+            part = self.image[window]
+            weight = stencil[..., None] * np.float32(max(alpha, 0.0) / 255)
+            part[...] = part + weight * (ink.astype(np.float32) - part)
+
+    def cover_with(self, points_m: Points, texture: npt.NDArray[np.uint8]) -> None:
+        """Fill a polygon with the same place of a picture-wide texture."""
+        found = self.mask(points_m)
+        if found is not None:
+            window, stencil = found
+            np.copyto(self.image[window], texture[window], where=(stencil > 127)[..., None])
 
     def line(self, points_m: Points, width_m: float, colour: Colour, alpha: float = 1.0) -> None:
         """Draw a polyline of a given width, segment by segment."""
@@ -140,27 +158,22 @@ class Canvas:
 
     def hide(self, points_m: Points, alpha: float = 1.0) -> None:
         """Note that something tall covers this polygon."""
-        found = self.mask(points_m)
-        if found is not None:
-            window, weight = found
-            self.cover[window] = np.maximum(self.cover[window], weight * alpha)
+        cv2.fillPoly(self.cover, [self._fixed(points_m)], 255 * alpha, cv2.LINE_AA, _SHIFT)
 
     def cast(self, points_m: Points, depth: float = 1.0) -> None:
         """Note that this polygon lies in the shadow of something tall."""
-        found = self.mask(points_m)
-        if found is not None:
-            window, weight = found
-            self.shade[window] = np.maximum(self.shade[window], weight * depth)
+        cv2.fillPoly(self.shade, [self._fixed(points_m)], 255 * depth, cv2.LINE_AA, _SHIFT)
 
     def hidden(self, points_m: Points) -> float:
         """Return the share of a polygon that is hidden or outside the picture."""
         found = self.mask(points_m)
         if found is None:
             return 1.0
-        window, weight = found
+        window, stencil = found
         x, y = points_m[:, 0], points_m[:, 1]
         area = 0.5 * abs(float(np.dot(x, np.roll(y, 1)) - np.dot(y, np.roll(x, 1))))
-        seen = float((weight * (1 - self.cover[window])).sum()) / self.px_per_m**2
+        open_share = (255.0 - self.cover[window]) / 255
+        seen = float((stencil / 255 * open_share).sum()) / self.px_per_m**2
         return float(np.clip(1 - seen / max(area, 1e-6), 0, 1))
 
 

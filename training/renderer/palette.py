@@ -49,17 +49,17 @@ def noise(rng: Rng, side: int, grain_px: float, octaves: int = 1) -> Image:
     for octave in range(octaves):
         cells = max(2, int(side / (grain_px / 2**octave)) + 2)
         coarse = rng.standard_normal((min(cells, side), min(cells, side)), np.float32)
-        wide = cv2.resize(coarse, (side, side), interpolation=cv2.INTER_CUBIC)
+        wide = cv2.resize(coarse, (side, side), interpolation=cv2.INTER_LINEAR)
         field += wide / 2**octave
     return field / max(float(field.std()), 1e-6)
 
 
 def textured(rng: Rng, side: int, colour: Image, grains: dict[float, float]) -> Image:
     """Return a (side, side, 3) texture: a colour with noise of {grain in pixels: deviation}."""
-    texture = np.broadcast_to(colour, (side, side, 3)).astype(np.float32)
+    relief = np.zeros((side, side), np.float32)
     for grain, deviation in grains.items():
-        texture = texture + (noise(rng, side, grain) * np.float32(deviation))[..., None]
-    return texture
+        relief += noise(rng, side, grain) * np.float32(deviation)
+    return relief[..., None] + colour.astype(np.float32)
 
 
 def asphalt(rng: Rng, side: int) -> Image:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+import numpy.typing as npt
 
 from renderer import palette
 from renderer.buildings import building_shadow, draw_building
@@ -68,21 +69,22 @@ class Scene:
         self.canvas = Canvas(size_m, px_per_m)
         self.centre = Pose(size_m / 2, size_m / 2, rng.uniform(0, 360))
         self.ink = grey(rng, 0.7, 1.0, 0.01)
-        self._textures: dict[str, Image] = {}
+        self._textures: dict[str, npt.NDArray[np.uint8]] = {}
         self._labels: list[tuple[Pose, float, float, int]] = []
         self._discs: list[Points] = []
         self._tall: list[tuple[float, Callable[[], None]]] = []
         self._taken = np.zeros((round(size_m * 2), round(size_m * 2)), np.uint8)
 
-    def texture(self, name: str) -> Image:
+    def texture(self, name: str) -> npt.NDArray[np.uint8]:
         """Return the scene's texture of a ground, made when first asked for."""
         if name not in self._textures:
-            self._textures[name] = _TEXTURES[name](self.rng, self.canvas.image.shape[0])
+            texture = _TEXTURES[name](self.rng, self.canvas.image.shape[0])
+            self._textures[name] = np.clip(texture * 255, 0, 255).astype(np.uint8)
         return self._textures[name]
 
     def ground(self, points_m: Points, name: str) -> None:
         """Cover a polygon with a ground texture."""
-        self.canvas.polygon(points_m, self.texture(name))
+        self.canvas.cover_with(points_m, self.texture(name))
 
     def reserve(self, points_m: Points) -> None:
         """Keep buildings, trees and clutter out of a polygon."""
@@ -167,12 +169,13 @@ class Scene:
     def finish(self) -> tuple[Image, list[Label]]:
         """Lay the tall shadows, draw the tall things, low ones first; return picture and labels."""
         shade = cv2.GaussianBlur(self.canvas.shade, (0, 0), self.rng.uniform(0.6, 2.5))
-        dark = np.float32(self.rng.uniform(0.55, 0.85)) * shade[..., None]
+        dark = np.float32(self.rng.uniform(0.55, 0.85) / 255) * shade[..., None]
         sky = np.float32([1.0, 0.97, 0.90])
-        self.canvas.image *= 1 - dark * sky
+        self.canvas.image[...] = self.canvas.image * (1 - dark * sky)
         for _, draw in sorted(self._tall, key=lambda item: item[0]):
             draw()
-        return self.canvas.image, [self._label(*entry) for entry in self._labels]
+        image = self.canvas.image.astype(np.float32) / 255
+        return image, [self._label(*entry) for entry in self._labels]
 
     def _label(self, pose: Pose, length_m: float, width_m: float, kind: int) -> Label:
         lift = self.sun.lean * (0.8 if kind == CAR else 1.6)
