@@ -1,0 +1,1 @@
+"""Traffic feeds: one module a format, all behind ``protocol.Feed``."""

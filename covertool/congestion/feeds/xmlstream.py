@@ -1,0 +1,142 @@
+"""XML feeds, streamed: record by record in bounded memory, with every hostile trick refused."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Collection, Iterator
+from typing import Any, BinaryIO
+
+from lxml import etree
+
+from covertool.congestion.feeds.protocol import FeedOptions, TruncatedError
+from covertool.errors import FileError
+
+Element = Any
+"""An lxml element; lxml ships no types."""
+
+
+def elements(
+    stream: BinaryIO, names: Collection[str], options: FeedOptions
+) -> Iterator[tuple[str, Element]]:
+    """Yield (local name, element) for each outermost element of the given names as it ends.
+
+    An element is emptied after it was yielded, and so is all that lies between them, so memory
+    holds one record at a time; attributes of the ancestors stay readable.
+
+    Raises
+    ------
+    FileError
+        For a DOCTYPE, for nesting deeper or a record larger than the limits, and for what is not
+        XML. Entities are never expanded and no network is touched.
+    TruncatedError
+        When the XML ends early.
+    """
+    depth = size = 0
+    record: Element = None
+    try:
+        for event, element in _parser(stream):
+            if event == "start":
+                depth += 1
+                if depth == 1:
+                    _refuse_doctype(element, options)
+                if depth > options.limits.depth:
+                    raise FileError(
+                        f"the XML is nested deeper than {options.limits.depth} levels",
+                        options.where,
+                        "this is not a traffic feed; check the file",
+                    )
+                if record is None and local_name(element) in names:
+                    record, size = element, 0
+                size += 1
+                if record is not None and size > options.limits.elements:
+                    raise FileError(
+                        f"one record has more than {options.limits.elements} elements",
+                        options.where,
+                        "this is not a traffic feed; check the file",
+                    )
+                continue
+            depth -= 1
+            if element is record:
+                yield local_name(element), element
+                record = None
+            if record is None:
+                _forget(element)
+    except (EOFError, zlib.error) as fault:
+        raise TruncatedError(
+            f"the compressed feed ends early: {fault}", options.where, "fetch it again"
+        ) from None
+    except etree.XMLSyntaxError as fault:
+        raise _told(fault, options) from None
+
+
+def _parser(stream: BinaryIO) -> Iterator[tuple[str, Element]]:
+    parser: Iterator[tuple[str, Element]] = etree.iterparse(
+        stream,
+        events=("start", "end"),
+        resolve_entities=False,
+        no_network=True,
+        load_dtd=False,
+        dtd_validation=False,
+        attribute_defaults=False,
+        huge_tree=False,
+        remove_comments=True,
+        remove_pis=True,
+    )
+    return parser
+
+
+def _refuse_doctype(root: Element, options: FeedOptions) -> None:
+    if root.getroottree().docinfo.internalDTD is not None:
+        raise FileError(
+            "the XML declares a DOCTYPE, which may hold entity bombs",
+            options.where,
+            "fetch the feed from its source again; traffic feeds have no DOCTYPE",
+        )
+
+
+def _forget(element: Element) -> None:
+    element.clear(keep_tail=False)
+    while element.getprevious() is not None:
+        del element.getparent()[0]
+
+
+def _told(fault: etree.XMLSyntaxError, options: FeedOptions) -> FileError:
+    told = str(fault)
+    early = ("Premature end", "no element found", "EndTag", "not finished", "Couldn't find end")
+    if any(phrase.lower() in told.lower() for phrase in early):
+        return TruncatedError(f"the XML ends early: {told}", options.where, "fetch it again")
+    return FileError(f"the XML is damaged: {told}", options.where, "fetch the feed again")
+
+
+def local_name(element: Element) -> str:
+    """Return an element's name without its namespace."""
+    return str(element.tag).rpartition("}")[2]
+
+
+def find(element: Element, *path: str) -> Element | None:
+    """Return the first descendant along local names, each at any depth below the one before.
+
+    Examples
+    --------
+    >>> find(etree.fromstring("<a><b><c>1</c></b></a>"), "c").text
+    '1'
+    """
+    for name in path:
+        element = next(element.iterfind(f".//{{*}}{name}"), None)
+        if element is None:
+            return None
+    return element
+
+
+def text(element: Element, *path: str) -> str | None:
+    """Return the stripped text of the first descendant along local names, or None."""
+    found = find(element, *path)
+    return found.text.strip() if found is not None and found.text else None
+
+
+def number(element: Element, *path: str) -> float:
+    """Return a descendant's text as a float; NaN when there is none."""
+    try:
+        return float(text(element, *path) or "nan")
+    except ValueError:
+        return float("nan")
