@@ -163,6 +163,8 @@ def working_crs(source: CRS, bounds: Bounds) -> CRS:
     x, y = np.array([(bounds[0] + bounds[2]) / 2]), np.array([(bounds[1] + bounds[3]) / 2])
     lon_array, lat_array = transform(x, y, source, WGS84)
     lon, lat = float(lon_array[0]), float(lat_array[0])
+    if 180 < abs(lon) <= 360:  # data that crosses the antimeridian
+        lon -= math.copysign(360, lon)
     if not (math.isfinite(lon) and math.isfinite(lat) and abs(lat) <= 90 and abs(lon) <= 180):
         raise CrsError(
             f"the coordinates do not lie on Earth (middle at {x[0]:.6g}, {y[0]:.6g})",

@@ -8,7 +8,7 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from covertool.errors import FileError
+from covertool.errors import FileError, OptionError
 from covertool.gis import guard
 from covertool.gis.columns import layer_kind, typed
 from covertool.gis.layers import snapshot
@@ -25,6 +25,7 @@ _STYLES = """CREATE TABLE IF NOT EXISTS layer_styles (
  f_table_schema TEXT(256), f_table_name TEXT(256), f_geometry_column TEXT(256),
  styleName TEXT(30), styleQML TEXT, styleSLD TEXT, useAsDefault BOOLEAN, description TEXT,
  owner TEXT(30), ui TEXT(30), update_time DATETIME)"""
+_RESERVED = ("layer_styles", "metadata", "")
 _METADATA = "CREATE TABLE IF NOT EXISTS metadata (key TEXT PRIMARY KEY NOT NULL, value TEXT)"
 
 
@@ -45,6 +46,8 @@ def write_geopackage(
     FileError
         When the file is locked or open elsewhere, or a layer did not arrive whole.
     """
+    for name in layers:
+        _require_free_name(name, path)
     if path.exists():
         _release(path)
     with guard.replacing(path) as temporary:
@@ -55,6 +58,11 @@ def write_geopackage(
                 _write_layer(temporary, name, frame)
         _write_tables(temporary, layers, metadata or {})
         _check(temporary, path, layers)
+
+
+def _require_free_name(name: str, path: Path) -> None:
+    if name.lower() in _RESERVED or name.lower().startswith(("gpkg_", "sqlite_", "rtree_")):
+        raise OptionError(f"a layer cannot be named {name!r}", str(path), "choose another name")
 
 
 def read_metadata(path: Path) -> dict[str, str]:

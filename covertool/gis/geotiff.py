@@ -209,13 +209,14 @@ def open_raster(
     dataset = _open(checked, known.driver)
     try:
         found = _raster_crs(dataset)
-        if _has_place(dataset, found):
+        if dataset.transform != Affine.identity():
             _refuse_origin(origin, checked)
             raster_crs = _settled(found, assigned, checked)
             raster = _raster(checked, known, dataset, raster_crs, tuple(dataset.transform)[:6])
             _compare_gsd(raster, gsd_m)
             return raster
-        return _placed(checked, known, dataset, gsd_m, assigned or found, origin)
+        placed_in = assigned or (found if origin is not None else None)
+        return _placed(checked, known, dataset, gsd_m, placed_in, origin)
     finally:
         dataset.close()
 
@@ -225,10 +226,6 @@ def _raster_crs(dataset: Any) -> CRS | None:
         return None
     found = CRS.from_wkt(dataset.crs.to_wkt())
     return crs_door.IMAGE_PLANE if crs_door.is_image_plane(found) else found
-
-
-def _has_place(dataset: Any, found: CRS | None) -> bool:
-    return bool(dataset.transform != Affine.identity())
 
 
 def _settled(found: CRS | None, assigned: CRS | None, path: Path) -> CRS:

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import mmap
 import os
 import secrets
+import sqlite3
+import stat
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import BinaryIO
 
 from covertool.errors import FileError
 from covertool.gis.formats import GEOJSON, Format, by_suffix, suffixes
 
+_HEAD = 4096
 _REMOTE = ("/vsi", "http:", "https:", "ftp:", "s3:", "gs:", "az:")
 
 
@@ -68,16 +73,19 @@ def input_file(path: str | Path, formats: tuple[Format, ...]) -> tuple[Path, For
 def require_readable(path: Path) -> None:
     """Refuse a path that is absent, not a file, empty or not to be read."""
     try:
-        if not path.exists():
-            raise FileError("the file does not exist", str(path), "check the path and its spelling")
-        if path.is_dir():
+        found = path.stat()
+        if stat.S_ISDIR(found.st_mode):
             raise FileError("this is a folder, not a file", str(path), "name a file inside it")
-        if not path.is_file():
+        if not stat.S_ISREG(found.st_mode):
             raise FileError("this is not a regular file", str(path), "name a file on disk")
-        if path.stat().st_size == 0:
+        if found.st_size == 0:
             raise FileError("the file is empty (zero bytes)", str(path), "write or copy it again")
         with path.open("rb"):
             pass
+    except FileNotFoundError:
+        raise FileError(
+            "the file does not exist", str(path), "check the path and its spelling"
+        ) from None
     except OSError as error:
         raise FileError(
             f"the file cannot be opened: {error.strerror}", str(path), "check its name and rights"
@@ -86,18 +94,22 @@ def require_readable(path: Path) -> None:
 
 def _require_content(path: Path, known: Format) -> None:
     with path.open("rb") as file:
-        head = file.read(64)
-    good = any(head[offset : offset + len(sign)] == sign for offset, sign in known.signatures)
-    if known is GEOJSON:
-        good = head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"{")
-    elif not known.signatures:
-        good = True
-    if not good:
+        head = file.read(_HEAD)
+        good = any(head[at : at + len(sign)] == sign for at, sign in known.signatures)
+        if known is GEOJSON:
+            good = head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"{") and not _runs_gdal(file)
+    if not good and (known.signatures or known is GEOJSON):
         raise FileError(
             f"the content is not {known.name}, as the extension says",
             str(path),
             "give the file its true extension, or write it again",
         )
+
+
+def _runs_gdal(file: BinaryIO) -> bool:
+    """Return True for JSON that GDAL would run as a pipeline, which may read any other file."""
+    with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
+        return content.find(b"gdal_streamed_alg") >= 0
 
 
 def output_file(
@@ -124,12 +136,19 @@ def output_file(
             f"use one of: {suffixes(formats)}",
         )
     require_parent(checked)
+    try:
+        checked.lstat()
+    except FileNotFoundError:
+        return checked, known
+    except OSError as error:
+        raise FileError(
+            f"the file cannot be written: {error.strerror}", str(checked), "choose another name"
+        ) from None
     if checked.is_dir():
         raise FileError("the output is a folder", str(checked), "name a file inside it")
-    for given in inputs:
-        if checked.exists() and Path(given).exists() and os.path.samefile(checked, given):
-            raise FileError("output and input are the same file", str(checked), "name another -o")
-    if checked.exists() and not overwrite:
+    if any(_same_file(checked, layer_spec(given)[0]) for given in inputs):
+        raise FileError("output and input are the same file", str(checked), "name another output")
+    if not overwrite:
         raise FileError("the output exists", str(checked), "name another, or add --overwrite")
     return checked, known
 
@@ -145,27 +164,59 @@ def require_parent(path: Path) -> None:
         )
 
 
+def _same_file(one: Path, other: Path) -> bool:
+    try:
+        return os.path.samefile(one, other)
+    except OSError:
+        return False
+
+
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
     """Yield a temporary sibling of ``path`` that takes its place when the block ends well.
 
     The block writes, closes, reopens and checks the sibling. When it raises, the sibling (and any
-    file that a driver put beside it) is removed and the old file stays as it was.
+    file that a driver put beside it) is removed and the old file stays as it was. Of a symbolic
+    link the file that it points to is replaced.
+
+    Raises
+    ------
+    FileError
+        When the block fails to write.
     """
     require_parent(path)
-    suffix = "".join(path.suffixes[-2:]) if path.name.lower().endswith(".osm.gz") else path.suffix
-    temporary = path.with_name(f".{secrets.token_hex(6)}.part{suffix}")
+    target = path.resolve()
+    temporary = target.with_name(f".{secrets.token_hex(6)}.part{path.suffix}")
     try:
         yield temporary
         with temporary.open("rb+") as file:
             os.fsync(file.fileno())
-        os.replace(temporary, path)
-    except OSError as error:
-        raise FileError(
-            f"the file cannot be written: {error.strerror or error}",
-            str(path),
-            "check free space and rights, or choose another folder",
-        ) from error
+        os.replace(temporary, target)
+    except _faults_of_writing() as error:
+        raise unwritten(path, error) from error
     finally:
-        for leftover in path.parent.glob(f"{temporary.stem}*"):
+        for leftover in target.parent.glob(f"{temporary.stem}*"):
             leftover.unlink(missing_ok=True)
+
+
+def unwritten(path: Path, error: BaseException) -> FileError:
+    """Return the error that says that and why a file was not written."""
+    told = getattr(error, "strerror", None) or str(error)
+    return FileError(
+        f"the file cannot be written: {told}",
+        str(path),
+        "check free space and rights, or choose another folder",
+    )
+
+
+def _faults_of_writing() -> tuple[type[Exception], ...]:
+    import pyarrow
+    import pyogrio.errors
+
+    return (
+        OSError,
+        sqlite3.Error,
+        pyogrio.errors.DataSourceError,
+        pyogrio.errors.DataLayerError,
+        pyarrow.ArrowException,
+    )

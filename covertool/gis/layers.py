@@ -17,7 +17,7 @@ import shapely
 from pyproj import CRS
 
 from covertool import crs as crs_door
-from covertool.errors import ColumnError, CrsError, FileError, GeometryError
+from covertool.errors import CrsError, FileError, GeometryError
 from covertool.gis import guard, tables
 from covertool.gis.columns import SHORT_NAMES
 from covertool.gis.formats import (
@@ -174,10 +174,13 @@ def _read_ogr(opened: Path, path: Path, layer: str) -> gpd.GeoDataFrame:
     import pyogrio
 
     try:
-        frame = pyogrio.read_dataframe(opened, layer=layer, force_2d=True, on_invalid="warn")
-    except (pyogrio.errors.DataSourceError, pyogrio.errors.DataLayerError) as error:
-        raise _unreadable(path, error) from None
-    except (pyogrio.errors.FeatureError, shapely.errors.ShapelyError, UnicodeError) as error:
+        frame = pyogrio.read_dataframe(opened, layer=layer, force_2d=True, on_invalid="ignore")
+    except (
+        pyogrio.errors.DataSourceError,
+        pyogrio.errors.DataLayerError,
+        shapely.errors.ShapelyError,
+        UnicodeError,
+    ) as error:
         raise _unreadable(path, error) from None
     if not isinstance(frame, gpd.GeoDataFrame):
         raise GeometryError("the layer holds no geometry", f"{path}:{layer}", "name another layer")
@@ -241,17 +244,3 @@ def _named_crs(frame: gpd.GeoDataFrame) -> CRS | None:
 def _looks_like_degrees(frame: gpd.GeoDataFrame) -> bool:
     bounds = np.abs(frame.total_bounds)
     return bool(np.nanmax(bounds[[0, 2]]) <= 360 and np.nanmax(bounds[[1, 3]]) <= 90)
-
-
-def column(frame: gpd.GeoDataFrame, name: str) -> str | None:
-    """Return the column of a name in any case, or None.
-
-    Raises
-    ------
-    ColumnError
-        When two columns differ only in case.
-    """
-    found = [str(known) for known in frame.columns if str(known).lower() == name]
-    if len(found) > 1:
-        raise ColumnError(f"columns {' and '.join(found)} differ only in case", name, "rename one")
-    return found[0] if found else None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -35,8 +35,9 @@ class Provenance:
     versions: tuple[tuple[str, str], ...]
 
     def to_metadata(self) -> dict[str, str]:
-        """Return keys and JSON values, for the metadata table of a GeoPackage."""
-        return {key: json.dumps(value) for key, value in asdict(self).items()}
+        """Return one key for each verb and a JSON value, for the metadata table of a GeoPackage."""
+        verb = next(iter(self.command), "covertool")
+        return {f"provenance {verb}": json.dumps(self.to_json(), ensure_ascii=False)}
 
     def to_json(self) -> dict[str, Any]:
         """Return the content for the ``provenance`` key of a verb's JSON object."""

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import csv
 import difflib
 import logging
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -124,19 +124,23 @@ def _read_text_table(path: Path) -> pd.DataFrame:
         with path.open(encoding=encoding, newline="") as file:
             header = file.readline()
         delimiter = max(",;\t", key=header.count)
-        return pd.read_csv(
-            path,
-            sep=delimiter,
-            encoding=encoding,
-            dtype=str,
-            keep_default_na=False,
-            na_values=["", "NA", "NULL", "null"],
-            skipinitialspace=True,
-            quoting=csv.QUOTE_MINIMAL,
-        )
-    except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeError, csv.Error) as error:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", pd.errors.ParserWarning)  # rows longer than the header
+            return pd.read_csv(
+                path,
+                sep=delimiter,
+                encoding=encoding,
+                dtype=str,
+                keep_default_na=False,
+                na_values=["", "NA", "NULL", "null"],
+                skipinitialspace=True,
+                index_col=False,
+            )
+    except (pd.errors.ParserError, pd.errors.ParserWarning, pd.errors.EmptyDataError) as error:
         raise FileError(
-            f"the table cannot be read: {error}", str(path), "save it as a CSV file in UTF-8"
+            f"the table cannot be read: {error}",
+            str(path),
+            "save it as CSV in UTF-8; with decimal commas use semicolons",
         ) from None
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
-import tempfile
+import shutil
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -161,13 +161,16 @@ def _write_shapefile(path: Path, name: str, frame: gpd.GeoDataFrame) -> None:
     """Write all parts of a Shapefile in a folder beside, then move them; the .shp comes last."""
     columns = [str(column) for column in frame.columns if column != frame.geometry.name]
     renamed = frame.rename(columns=short_names(columns))
-    with tempfile.TemporaryDirectory(prefix=".part-", dir=path.parent) as folder:
-        temporary = Path(folder) / path.name
-        _write_ogr(temporary, formats.SHAPEFILE, path.stem, renamed, ENCODING="UTF-8")
-        _check(temporary, formats.SHAPEFILE, path, len(frame))
-        parts = sorted(Path(folder).iterdir(), key=lambda part: part.suffix == ".shp")
-        for part in parts:
-            os.replace(part, path.with_name(part.name))
+    with guard.replacing(path) as temporary:
+        folder = temporary.with_suffix("")
+        folder.mkdir()
+        try:
+            _write_ogr(folder / path.name, formats.SHAPEFILE, path.stem, renamed, ENCODING="UTF-8")
+            _check(folder / path.name, formats.SHAPEFILE, path, len(frame))
+            for part in sorted(folder.iterdir()):
+                os.replace(part, temporary if part.suffix == ".shp" else path.with_name(part.name))
+        finally:
+            shutil.rmtree(folder)
     _LOG.info("%s: layer %s written with column names %s", path, name, list(renamed.columns))
 
 
