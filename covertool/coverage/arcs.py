@@ -1,13 +1,7 @@
-"""The boundaries of the levels within one grid cell: arcs of circles and parts of transit edges.
+"""The level boundaries on one quarter circle, and on one transit edge, within a grid cell.
 
-A place where circles cross, and a place where a circle crosses an edge, is computed by one
-function of the two in a fixed order, so that it has the same bits wherever it is met. Ties
-(tangents, circles through a vertex) are decided once for both sides, by a relative tolerance of
-1e-12 or a half-open rule. Which side a stretch lies on is asked in the middle of its longest free
-part, never near a crossing: rounding can therefore misjudge only slivers of rounding's own size.
-
-Positions on a circle are ordered within a quadrant by ``u = y - x`` after turning the quadrant
-to the first one; u grows from -r to r, and no angle is needed.
+Which side a stretch lies on is asked in the middle of its longest free part, never near a
+crossing: rounding can therefore misjudge only slivers of rounding's own size.
 """
 
 # mypy: disable-error-code="no-untyped-def,no-untyped-call"
@@ -16,146 +10,20 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from covertool.coverage.compiled import compiled
-
-TANGENT = 1e-12
-"""Circles and edges that overlap by less than this share of a radius only touch."""
-
-APART, CROSSING, FIRST_WITHIN, SECOND_WITHIN = 0, 1, 2, 3
-
-
-@compiled
-def circle_crossings(xa, ya, ra, xb, yb, rb):
-    """Return how two circles lie, and the two places where they cross."""
-    dx, dy = xb - xa, yb - ya
-    d = math.sqrt(dx * dx + dy * dy)
-    slack = TANGENT * (ra + rb)
-    if d >= ra + rb - slack:
-        return APART, 0.0, 0.0, 0.0, 0.0
-    if d <= abs(ra - rb) + slack:
-        return (FIRST_WITHIN if rb > ra else SECOND_WITHIN), 0.0, 0.0, 0.0, 0.0
-    # Heron's product: exact near tangency, and the same for both circles.
-    half = 0.5 * math.sqrt(((ra + rb - d) * (ra + rb + d)) * ((d - ra + rb) * (d + ra - rb))) / d
-    along = 0.5 * (d + (ra - rb) * ((ra + rb) / d))
-    ex, ey = dx / d, dy / d
-    foot_x, foot_y = xa + along * ex, ya + along * ey
-    across_x, across_y = -half * ey, half * ex
-    return CROSSING, foot_x + across_x, foot_y + across_y, foot_x - across_x, foot_y - across_y
-
-
-@compiled
-def edge_crossings(ax, ay, bx, by, cx, cy, r):
-    """Return whether an edge starts in a disc, how often it crosses the circle, and where.
-
-    The places are shares of the edge. A vertex on the circle counts as outside for all edges.
-    """
-    limit = r * r * (1.0 - 2.0 * TANGENT)
-    starts_in = (ax - cx) ** 2 + (ay - cy) ** 2 < limit
-    ends_in = (bx - cx) ** 2 + (by - cy) ** 2 < limit
-    ex, ey = bx - ax, by - ay
-    squared = ex * ex + ey * ey
-    if (starts_in and ends_in) or squared == 0.0:
-        return starts_in, 0, 0.0, 0.0
-    foot = ((cx - ax) * ex + (cy - ay) * ey) / squared
-    off = abs((cx - ax) * ey - (cy - ay) * ex) / math.sqrt(squared)
-    crosses = starts_in != ends_in
-    if not crosses and (foot <= 0.0 or foot >= 1.0 or off >= r * (1.0 - TANGENT)):
-        return starts_in, 0, 0.0, 0.0
-    half = math.sqrt(max((r - off) * (r + off), 0.0) / squared)
-    enter, leave = min(max(foot - half, 0.0), 1.0), min(max(foot + half, 0.0), 1.0)
-    if starts_in:
-        return starts_in, 1, leave, leave
-    return starts_in, 1 if ends_in else 2, enter, leave
-
-
-@compiled
-def quadrant_of(x, y):
-    """Return the quadrant of a vector, half-open: its first axis belongs to it."""
-    if y >= 0.0:
-        if x > 0.0:
-            return 0
-        return 1 if y > 0.0 else 2
-    return 2 if x < 0.0 else 3
-
-
-@compiled
-def turned(x, y, quadrant):
-    """Return a vector turned back by quarter circles, so that the quadrant becomes the first."""
-    if quadrant == 0:
-        return x, y
-    if quadrant == 1:
-        return y, -x
-    if quadrant == 2:
-        return -x, -y
-    return -y, x
-
-
-@compiled
-def turned_back(x, y, quadrant):
-    """Return a vector of the first quadrant in its own quadrant."""
-    if quadrant == 0:
-        return x, y
-    if quadrant == 1:
-        return -y, x
-    if quadrant == 2:
-        return -x, -y
-    return y, -x
-
-
-@compiled
-def point_at(u, r, quadrant):
-    """Return the vector to the place u of a quadrant of a circle of radius r."""
-    s = 0.5 * u
-    t = math.sqrt(max(0.5 * r * r - s * s, 0.0))
-    return turned_back(t - s, t + s, quadrant)
-
-
-@compiled
-def quadrant_in_cell(cx, cy, r, quadrant, x_low, y_low, x_high, y_high):
-    """Return the part of a quarter circle in a cell: its u from and to, and both end vectors."""
-    x0, y0 = turned(x_low - cx, y_low - cy, quadrant)
-    x1, y1 = turned(x_high - cx, y_high - cy, quadrant)
-    x0, x1, y0, y1 = min(x0, x1), max(x0, x1), min(y0, y1), max(y0, y1)
-    from_x, from_y, to_x, to_y = r, 0.0, 0.0, r
-    if x0 >= r or y0 >= r or x1 <= 0.0 or y1 <= 0.0:
-        return 1.0, 0.0, from_x, from_y, to_x, to_y
-    if x1 < r:
-        from_x, from_y = x1, math.sqrt((r - x1) * (r + x1))
-    if y0 > 0.0:
-        x = math.sqrt((r - y0) * (r + y0))
-        if y0 - x > from_y - from_x:
-            from_x, from_y = x, y0
-    if y1 < r:
-        to_x, to_y = math.sqrt((r - y1) * (r + y1)), y1
-    if x0 > 0.0:
-        y = math.sqrt((r - x0) * (r + x0))
-        if y - x0 < to_y - to_x:
-            to_x, to_y = x0, y
-    u0, u1 = from_y - from_x, to_y - to_x
-    from_x, from_y = turned_back(from_x, from_y, quadrant)
-    to_x, to_y = turned_back(to_x, to_y, quadrant)
-    return u0, u1, from_x, from_y, to_x, to_y
-
-
-@compiled
-def is_inside(px, py, qx, qy, centre_inside, edges, e0, e1):
-    """Return whether p lies in the transit area: count edges between it and the cell's centre q.
-
-    Vertices on the line through p and q count as left of it for all edges.
-    """
-    winding = 1 if centre_inside else 0
-    for e in range(e0, e1):
-        ax, ay, bx, by = edges[e, 0], edges[e, 1], edges[e, 2], edges[e, 3]
-        a_left = (qx - px) * (ay - py) - (qy - py) * (ax - px) >= 0.0
-        b_left = (qx - px) * (by - py) - (qy - py) * (bx - px) >= 0.0
-        if a_left != b_left:
-            p_left = (bx - ax) * (py - ay) - (by - ay) * (px - ax) >= 0.0
-            q_left = (bx - ax) * (qy - ay) - (by - ay) * (qx - ax) >= 0.0
-            if p_left != q_left:
-                winding += 1 if p_left else -1
-    return winding > 0
+from covertool.coverage.crossings import (
+    CROSSING,
+    FIRST_WITHIN,
+    SECOND_WITHIN,
+    TANGENT,
+    circle_crossings,
+    edge_crossings,
+    is_inside,
+    point_at,
+    quadrant_in_cell,
+    quadrant_of,
+    turned,
+)
 
 
 @compiled
@@ -256,18 +124,18 @@ def disc_events(i, j, near, quadrant, u0, u1, mid_x, mid_y, reach, events, n):
 
 
 @compiled
-def sweep_quadrant(i, near, k, base, quadrant, box, centre_inside, edges, e0, e1, events, out, m):
+def sweep_quadrant(
+    i, near, k, base, quadrant, x0, y0, x1, y1, centre_inside, edges, e0, e1, events, out, m
+):
     """Write the level boundaries on one quarter of circle i in a cell; return their number."""
     cx, cy, r = near[i, 0], near[i, 1], near[i, 2]
-    u0, u1, from_x, from_y, to_x, to_y = quadrant_in_cell(
-        cx, cy, r, quadrant, box[0], box[1], box[2], box[3]
-    )
+    u0, u1, from_x, from_y, to_x, to_y = quadrant_in_cell(cx, cy, r, quadrant, x0, y0, x1, y1)
     if u0 >= u1:
         return m
     n = transit_events(cx, cy, r, quadrant, u0, u1, edges, e0, e1, events)
     middle, before = longest_gap(u0, u1, events, 0, n)
     vx, vy = point_at(middle, r, quadrant)
-    qx, qy = 0.5 * (box[0] + box[2]), 0.5 * (box[1] + box[3])
+    qx, qy = 0.5 * (x0 + x1), 0.5 * (y0 + y1)
     inside = is_inside(cx + vx, cy + vy, qx, qy, centre_inside, edges, e0, e1)
     if n == 0 and not inside:
         return m
@@ -336,79 +204,3 @@ def sweep_edge(near, k, base, edges, e, events, out, m):
             depth += events[i, 1]
         px, py = x, y
     return m
-
-
-@compiled
-def sweep_cell(near, k, base, box, centre_inside, edges, e0, e1, events, out):
-    """Write every level boundary of one cell to ``out``; return their number, -1 if too many.
-
-    Parameters
-    ----------
-    near : (>= k, 5) discs whose circle may cross the cell: x, y, radius, weight, index
-    base : depth of the discs that cover the whole cell
-    box : x and y of the cell's lower left and upper right corner
-    edges, e0, e1 : the transit edges of the cell are ``edges[e0:e1]``
-    events : (>= 2 k + 2 (e1 - e0) + 2, 4) working space
-    out : (capacity, 8) rows of start x, y, end x, y, radius (0 for an edge), depth on the right,
-        depth on the left, disc (-1 for an edge)
-    """
-    m = 0
-    for i in range(k):
-        for quadrant in range(4):
-            m = sweep_quadrant(
-                i, near, k, base, quadrant, box, centre_inside, edges, e0, e1, events, out, m
-            )
-            if m < 0:
-                return -1
-    for e in range(e0, e1):
-        m = sweep_edge(near, k, base, edges, e, events, out, m)
-        if m < 0:
-            return -1
-    return m
-
-
-@compiled
-def gather(qx, qy, half, discs, shape, place, first, near, k):
-    """Find the discs that matter within ``half`` of q, nearest ring of grid cells first.
-
-    Returns the depth of the discs that cover all of it, and how many others reach it; these are
-    written to ``near``. Stops at depth 3. Their number is -1 when ``near`` is too small.
-    """
-    base = 0.0
-    for c in range(shape.shape[0]):
-        columns, rows, offset = shape[c, 0], shape[c, 1], shape[c, 2]
-        size, reach = place[c, 2], place[c, 3] + half
-        column, row = int((qx - place[c, 0]) // size), int((qy - place[c, 1]) // size)
-        for ring in range(int(reach // size) + 2):
-            for y in range(max(row - ring, 0), min(row + ring, rows - 1) + 1):
-                step = 1 if abs(y - row) == ring or ring == 0 else 2 * ring
-                for x in range(column - ring, column + ring + 1, step):
-                    if 0 <= x < columns:
-                        at = offset + y * columns + x
-                        base, k = gather_cell(
-                            qx, qy, half, discs, first[at], first[at + 1], near, base, k
-                        )
-                        if base >= 3.0 or k < 0:
-                            return base, k
-    return base, k
-
-
-@compiled
-def gather_cell(qx, qy, half, discs, d0, d1, near, base, k):
-    """Sort the discs of one grid cell into those that cover, cross, and miss; see ``gather``."""
-    for d in range(d0, d1):
-        r = discs[d, 2]
-        squared = (discs[d, 0] - qx) ** 2 + (discs[d, 1] - qy) ** 2
-        if squared >= (r + half) ** 2:
-            continue
-        if r > half and squared <= (r - half) ** 2:
-            base += discs[d, 3]
-            if base >= 3.0:
-                return base, k
-            continue
-        if k >= near.shape[0]:
-            return base, -1
-        near[k, 0], near[k, 1], near[k, 2] = discs[d, 0], discs[d, 1], r
-        near[k, 3], near[k, 4] = discs[d, 3], np.float64(d)
-        k += 1
-    return base, k

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from covertool.coverage.arcs import gather, sweep_cell
+from covertool.coverage.cells import cell_boundaries, working_space
 from covertool.coverage.compiled import announced, compiled
 from covertool.coverage.discs import DiscGrid, disc_grid
 from covertool.coverage.edges import EdgeGrid, directed_edges, edge_grid
@@ -138,33 +138,12 @@ def _level_areas(discs: DiscGrid, transit: EdgeGrid) -> LevelAreas:
 def _sum_levels(discs, shape, place, first_disc, cell, columns, first_edge, edges, inside):
     """Return for levels >= 1, 2, 3 the area, the length of arcs, and the sum of chords (x, y)."""
     sums = np.zeros((3, 4))
-    near, events, out = np.empty((64, 5)), np.empty((256, 4)), np.empty((256, 8))
-    box = np.empty(4)
-    half = 0.5 * cell * math.sqrt(2.0) * (1.0 + 1e-9)
+    near, events, out = working_space()
     for c in range(inside.size):
-        e0, e1 = first_edge[c], first_edge[c + 1]
-        if e0 == e1 and inside[c] == 0:
-            continue
-        box[0], box[1] = cell * (c % columns), cell * (c // columns)
-        box[2], box[3] = cell * (c % columns + 1), cell * (c // columns + 1)
-        base, k = gather(
-            cell * (c % columns + 0.5), cell * (c // columns + 0.5), half,
-            discs, shape, place, first_disc, near, 0,
+        m, near, events, out = cell_boundaries(
+            c, discs, shape, place, first_disc, cell, columns, first_edge, edges, inside,
+            near, events, out,
         )  # fmt: skip
-        while k < 0:
-            near = np.empty((2 * near.shape[0], 5))
-            base, k = gather(
-                cell * (c % columns + 0.5), cell * (c // columns + 0.5), half,
-                discs, shape, place, first_disc, near, 0,
-            )  # fmt: skip
-        if base >= 3.0:
-            k = 0
-        if 2 * (k + e1 - e0) + 2 > events.shape[0]:
-            events = np.empty((4 * (k + e1 - e0) + 4, 4))
-        m = sweep_cell(near, k, base, box, inside[c] > 0, edges, e0, e1, events, out)
-        while m < 0:
-            out = np.empty((2 * out.shape[0], 8))
-            m = sweep_cell(near, k, base, box, inside[c] > 0, edges, e0, e1, events, out)
         add_boundaries(out, m, sums)
     return sums
 

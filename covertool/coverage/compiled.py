@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import hashlib
 import logging
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
 from typing import TypeVar, cast
 
 import numba
@@ -22,9 +25,21 @@ def compiled(loop: Loop) -> Loop:
     the cache can be written, they are compiled again in every run.
     """
     try:
-        return cast(Loop, numba.njit(loop, nogil=True, cache=True))
+        fast = numba.njit(loop, nogil=True, cache=True)
     except RuntimeError:
         return cast(Loop, numba.njit(loop, nogil=True))
+    # numba looks for changes only in the loop's own file, not in those of the loops it calls.
+    index = getattr(getattr(fast, "_cache", None), "_cache_file", None)
+    if index is not None and hasattr(index, "_source_stamp"):
+        index._source_stamp = _source_stamp()
+    return cast(Loop, fast)
+
+
+@cache
+def _source_stamp() -> str:
+    """Return a digest of all files of this room that hold compiled loops."""
+    sources = [file.read_bytes() for file in sorted(Path(__file__).parent.glob("*.py"))]
+    return hashlib.sha256(b"".join(s for s in sources if b"\n@compiled\n" in s)).hexdigest()
 
 
 class _Announcement(event.Listener):
@@ -32,7 +47,7 @@ class _Announcement(event.Listener):
 
     def on_start(self, event: object) -> None:
         if not _Announcement.said:
-            _logger.warning("compiling the coverage engine for this machine, once (about 20 s) ...")
+            _logger.warning("compiling the coverage engine for this machine, once (about 30 s) ...")
             _Announcement.said = True
 
     def on_end(self, event: object) -> None:

@@ -1,0 +1,142 @@
+"""One grid cell of the transit area: the discs near it, and all level boundaries in it."""
+
+# mypy: disable-error-code="no-untyped-def,no-untyped-call"
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from covertool.coverage.arcs import sweep_edge, sweep_quadrant
+from covertool.coverage.compiled import compiled
+
+
+@compiled
+def working_space():
+    """Return arrays to begin with: discs near a cell, events on an arc, boundaries found."""
+    return np.empty((64, 5)), np.empty((256, 4)), np.empty((256, 8))
+
+
+@compiled
+def cell_boundaries(
+    c, discs, shape, place, first_disc, cell, columns, first_edge, edges, inside, near, events, out
+):
+    """Write the level boundaries of cell c to ``out``; return their number and the work space.
+
+    See ``DiscGrid`` and ``EdgeGrid`` for the arguments, ``sweep_cell`` for the rows of ``out``.
+    The working space is returned because it may have grown.
+    """
+    e0, e1 = first_edge[c], first_edge[c + 1]
+    if e0 == e1 and inside[c] == 0:
+        return 0, near, events, out
+    x, y = cell * (c % columns), cell * (c // columns)
+    x1, y1 = cell * (c % columns + 1), cell * (c // columns + 1)
+    half = 0.5 * cell * math.sqrt(2.0) * (1.0 + 1e-9)
+    base, k = gather(0.5 * (x + x1), 0.5 * (y + y1), half, discs, shape, place, first_disc, near)
+    while k < 0:
+        near = np.empty((2 * near.shape[0], 5))
+        base, k = gather(
+            0.5 * (x + x1), 0.5 * (y + y1), half, discs, shape, place, first_disc, near
+        )
+    if 2 * (k + e1 - e0) + 2 > events.shape[0]:
+        events = np.empty((4 * (k + e1 - e0) + 4, 4))
+    m = sweep_cell(near, k, base, x, y, x1, y1, inside[c] > 0, edges, e0, e1, events, out)
+    while m < 0:
+        out = np.empty((2 * out.shape[0], 8))
+        m = sweep_cell(near, k, base, x, y, x1, y1, inside[c] > 0, edges, e0, e1, events, out)
+    return m, near, events, out
+
+
+@compiled
+def sweep_cell(near, k, base, x0, y0, x1, y1, centre_inside, edges, e0, e1, events, out):
+    """Write every level boundary of one cell to ``out``; return their number, -1 if too many.
+
+    Parameters
+    ----------
+    near : (>= k, 5) discs whose circle may cross the cell: x, y, radius, weight, index
+    base : depth of the discs that cover the whole cell
+    x0, y0, x1, y1 : the cell's lower left and upper right corner
+    edges, e0, e1 : the transit edges of the cell are ``edges[e0:e1]``
+    events : (>= 2 k + 2 (e1 - e0) + 2, 4) working space
+    out : (capacity, 8) rows of start x, y, end x, y, radius (0 for an edge), depth on the right,
+        depth on the left, disc (-1 for an edge)
+    """
+    m = 0
+    for i in range(k):
+        for quadrant in range(4):
+            m = sweep_quadrant(
+                i,
+                near,
+                k,
+                base,
+                quadrant,
+                x0,
+                y0,
+                x1,
+                y1,
+                centre_inside,
+                edges,
+                e0,
+                e1,
+                events,
+                out,
+                m,
+            )
+            if m < 0:
+                return -1
+    for e in range(e0, e1):
+        m = sweep_edge(near, k, base, edges, e, events, out, m)
+        if m < 0:
+            return -1
+    return m
+
+
+@compiled
+def gather(qx, qy, half, discs, shape, place, first, near):
+    """Find the discs that matter within ``half`` of q, nearest ring of grid cells first.
+
+    Returns the depth of the discs that cover all of it, and how many others reach it; these are
+    written to ``near``. Stops at depth 3, where the others no longer matter. Their number is -1
+    when ``near`` is too small.
+    """
+    base, k = 0.0, 0
+    for c in range(shape.shape[0]):
+        columns, rows, offset = shape[c, 0], shape[c, 1], shape[c, 2]
+        size, reach = place[c, 2], place[c, 3] + half
+        column, row = int((qx - place[c, 0]) // size), int((qy - place[c, 1]) // size)
+        for ring in range(int(reach // size) + 2):
+            for y in range(max(row - ring, 0), min(row + ring, rows - 1) + 1):
+                step = 1 if abs(y - row) == ring or ring == 0 else 2 * ring
+                for x in range(column - ring, column + ring + 1, step):
+                    if 0 <= x < columns:
+                        at = offset + y * columns + x
+                        base, k = gather_cell(
+                            qx, qy, half, discs, first[at], first[at + 1], near, base, k
+                        )
+                        if base >= 3.0:
+                            return base, 0
+                        if k < 0:
+                            return base, k
+    return base, k
+
+
+@compiled
+def gather_cell(qx, qy, half, discs, d0, d1, near, base, k):
+    """Sort the discs of one grid cell into those that cover, cross, and miss; see ``gather``."""
+    for d in range(d0, d1):
+        r = discs[d, 2]
+        squared = (discs[d, 0] - qx) ** 2 + (discs[d, 1] - qy) ** 2
+        if squared >= (r + half) ** 2:
+            continue
+        if r > half and squared <= (r - half) ** 2:
+            base += discs[d, 3]
+            if base >= 3.0:
+                return base, k
+            continue
+        if k >= near.shape[0]:
+            return base, -1
+        near[k, 0], near[k, 1], near[k, 2] = discs[d, 0], discs[d, 1], r
+        near[k, 3], near[k, 4] = discs[d, 3], np.float64(d)
+        k += 1
+    return base, k
