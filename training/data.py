@@ -1,0 +1,138 @@
+"""Rendered tiles in memory, cut, turned and recoloured at random, with the maps to learn."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from queue import Queue
+from threading import Thread
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+from model import REFERENCE_LENGTH_PX, REFERENCE_WIDTH_PX, STRIDE
+
+Rng = np.random.Generator
+Floats = npt.NDArray[np.float32]
+
+MEAN, SCALE = 0.45 * 255, 1 / (0.25 * 255)
+"""The network sees (value - MEAN) * SCALE."""
+
+DOUBTFUL_FROM, UNSEEN_FROM = 0.50, 0.88
+"""Hidden shares: below the first a car, between the two it teaches nothing, above it is none."""
+
+SIGMA_CELLS = (0.75, 1.3)
+"""Width of the peak that marks a centre, for cars and for trucks."""
+
+
+def load_tiles(folder: Path) -> list[tuple[npt.NDArray[np.uint8], Floats]]:
+    """Return (RGB image, labels) of all tiles in a folder, in the order of their names."""
+    return [
+        (cv2.imread(str(path.with_suffix(".png")))[..., ::-1].copy(), np.load(path))
+        for path in sorted(folder.glob("*.npy"))
+    ]
+
+
+def crop(
+    image: npt.NDArray[np.uint8], labels: Floats, side: int, rng: Rng
+) -> tuple[npt.NDArray[np.uint8], Floats]:
+    """Return a random square crop, turned by quarter turns and mirrored, with its labels."""
+    height, width = image.shape[:2]
+    x0 = int(rng.integers(0, max(width - side, 0) + 1))
+    y0 = int(rng.integers(0, max(height - side, 0) + 1))
+    picture, table = image[y0 : y0 + side, x0 : x0 + side], labels.copy()
+    table[:, 0] -= x0
+    table[:, 1] -= y0
+    if rng.random() < 0.5:
+        picture = picture[:, ::-1]
+        table[:, 0], table[:, 2] = side - table[:, 0], -table[:, 2]
+    for _ in range(int(rng.integers(4))):
+        picture = picture.transpose(1, 0, 2)[:, ::-1]
+        table[:, 0], table[:, 1] = side - table[:, 1], table[:, 0].copy()
+        table[:, 2] += 90
+    return np.ascontiguousarray(picture), table
+
+
+def recolour(image: npt.NDArray[np.uint8], rng: Rng) -> Floats:
+    """Return the normalised picture after a random change of tone, colour and sharpness."""
+    picture = image.astype(np.float32) / 255
+    if rng.random() < 0.5:
+        picture = picture ** np.float32(rng.uniform(0.7, 1.4))
+    picture = picture * rng.uniform(0.85, 1.15, 3).astype(np.float32)
+    picture = (picture - 0.45) * np.float32(rng.uniform(0.7, 1.2)) + np.float32(
+        0.45 + rng.uniform(-0.08, 0.08)
+    )
+    kind = rng.random()
+    if kind < 0.06:
+        picture[:] = picture.mean(axis=2, keepdims=True)
+    elif kind < 0.10:
+        picture = picture[..., rng.permutation(3)]
+    elif kind < 0.20:
+        picture = cv2.GaussianBlur(picture, (0, 0), rng.uniform(0.4, 1.0))
+    picture = picture + rng.standard_normal(picture.shape, np.float32) * rng.uniform(0, 0.015)
+    return (np.clip(picture, 0, 1) * 255 - MEAN) * SCALE
+
+
+def targets(labels: Floats, side: int) -> tuple[Floats, Floats, Floats]:
+    """Return the maps of one picture.
+
+    Returns
+    -------
+    heat : (2, S, S) peaks of height 1 at the centres of cars and trucks
+    shape : (6, S, S) offset in cells, log size, cos and sin of twice the angle
+    weight : (2, S, S) where the peaks count, and how much the shape counts
+    """
+    cells = side // STRIDE
+    heat = np.zeros((2, cells, cells), np.float32)
+    shape = np.zeros((6, cells, cells), np.float32)
+    weight = np.stack([np.ones((cells, cells), np.float32), np.zeros((cells, cells), np.float32)])
+    for x, y, heading, length, width, kind, hidden in labels:
+        column, row = x / STRIDE - 0.5, y / STRIDE - 0.5
+        if not (-0.5 <= column < cells - 0.5 and -0.5 <= row < cells - 0.5):
+            continue
+        if hidden >= UNSEEN_FROM:
+            continue
+        reach = 4
+        x0, x1 = max(int(column) - reach, 0), min(int(column) + reach + 2, cells)
+        y0, y1 = max(int(row) - reach, 0), min(int(row) + reach + 2, cells)
+        dx = column - np.arange(x0, x1, dtype=np.float32)[None, :]
+        dy = row - np.arange(y0, y1, dtype=np.float32)[:, None]
+        bump = np.exp(-(dx**2 + dy**2) / (2 * SIGMA_CELLS[int(kind)] ** 2))
+        window = (slice(y0, y1), slice(x0, x1))
+        if hidden >= DOUBTFUL_FROM:
+            weight[0][window][bump > 0.2] = 0
+            continue
+        near = (int(np.clip(round(row), 0, cells - 1)), int(np.clip(round(column), 0, cells - 1)))
+        heat[int(kind)][window] = np.maximum(heat[int(kind)][window], bump)
+        heat[int(kind)][near] = 1
+        closer = (bump > 0.3) & (bump > weight[1][window])
+        closer |= bump >= bump.max()
+        angle = np.radians(2 * heading)
+        sizes = np.log(length / REFERENCE_LENGTH_PX), np.log(width / REFERENCE_WIDTH_PX)
+        values = (dx + 0 * dy, dy + 0 * dx, *sizes, np.cos(angle), np.sin(angle))
+        for channel, value in enumerate(values):
+            part = shape[channel][window]
+            part[closer] = np.broadcast_to(value, closer.shape)[closer]
+        weight[1][window][closer] = bump[closer]
+    return heat, shape, weight
+
+
+def batches(
+    tiles: list[tuple[npt.NDArray[np.uint8], Floats]], steps: int, size: int, side: int, seed: int
+) -> Queue[tuple[Floats, Floats, Floats, Floats]]:
+    """Return a queue of ``steps`` batches (image, heat, shape, weight) made by one thread."""
+    queue: Queue[tuple[Floats, Floats, Floats, Floats]] = Queue(maxsize=6)
+
+    def produce() -> None:
+        rng = np.random.default_rng(seed)
+        order: list[int] = []
+        for _ in range(steps):
+            rows = []
+            for _ in range(size):
+                order = order or rng.permutation(len(tiles)).tolist()
+                image, labels = crop(*tiles[order.pop()], side, rng)
+                rows.append((recolour(image, rng).transpose(2, 0, 1), *targets(labels, side)))
+            image, heat, shape, weight = (np.stack(column) for column in zip(*rows, strict=True))
+            queue.put((image, heat, shape, weight))
+
+    Thread(target=produce, daemon=True).start()
+    return queue
