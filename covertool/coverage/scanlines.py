@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 
 from covertool.coverage.compiled import announced, compiled
@@ -71,9 +72,8 @@ def depth_profile(
 
     Examples
     --------
-    >>> one, two = np.array([5.0]), np.array([5.0, 5.0])
-    >>> square = shapely.MultiPolygon([shapely.box(0, 0, 10, 10)])
-    >>> depth_profile(two, two, np.array([1.0, 2.0]), square).fractions.round(3).tolist()
+    >>> two, square = np.array([5.0, 5.0]), shapely.MultiPolygon([shapely.box(0, 0, 10, 10)])
+    >>> depth_profile(two, two, np.array([1.0, 2.0]), square, 0.05).fractions.round(3).tolist()
     [0.874, 0.094, 0.031]
     """
     left, low, _, high = polygons.bounds
@@ -97,7 +97,7 @@ def depth_profile(
     )
 
 
-def within_rows(y: Floats, radius_m: Floats, top: float, bottom: float) -> Floats:
+def within_rows(y: Floats, radius_m: Floats, top: float, bottom: float) -> npt.NDArray[np.intp]:
     """Return the indices of the discs that reach a band of rows (y grows downwards here)."""
     return np.flatnonzero((y + radius_m > top) & (y - radius_m < bottom))
 

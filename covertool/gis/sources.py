@@ -1,0 +1,227 @@
+"""Sources that are read by bounding box: what a tile needs, wherever the tile is computed.
+
+A source goes to a worker as a file name and a CRS. GeoParquet that `covertool convert` wrote is
+read piece by piece; of any other file each process reads the whole once and keeps it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import shapely
+from pyproj import CRS
+
+from covertool.dsrc import DEVICE_CLASSES
+from covertool.gis import guard
+from covertool.gis.formats import GEOPARQUET
+from covertool.gis.parquet import ParquetAnchors
+from covertool.gis.read import read_anchors, read_transit
+from covertool.model import Anchors, Bounds, TransitArea
+
+_VERTICES_IN_PIECE = 512
+_PIECES_IN_GROUP = 1024
+
+
+@dataclass(frozen=True)
+class LoadedAnchors:
+    """Anchors of files of any format, read whole once in each process."""
+
+    specs: tuple[str, ...]
+    crs: CRS
+    assigned: str | None = None
+
+    def _all(self) -> Anchors:
+        return _load_anchors(self.specs, self.assigned, self.crs)
+
+    @property
+    def bounds(self) -> Bounds:
+        """Least and greatest coordinates: x0, y0, x1, y1."""
+        return bounds_of(self._all())
+
+    def read(self, bounds: Bounds | None = None) -> Anchors:
+        """Return the anchors inside bounds (closed), or all of them."""
+        anchors = self._all()
+        if bounds is None:
+            return anchors
+        x0, y0, x1, y1 = bounds
+        x, y = anchors.x_m, anchors.y_m
+        return anchors.take((x >= x0) & (x <= x1) & (y >= y0) & (y <= y1))
+
+
+@dataclass(frozen=True)
+class LoadedTransit:
+    """A transit area of any format, read whole once in each process."""
+
+    spec: str
+    crs: CRS
+    assigned: str | None = None
+
+    @property
+    def bounds(self) -> Bounds:
+        """Least and greatest coordinates: x0, y0, x1, y1."""
+        x0, y0, x1, y1 = self.read().polygons.bounds
+        return (float(x0), float(y0), float(x1), float(y1))
+
+    def read(self, bounds: Bounds | None = None) -> TransitArea:
+        """Return the whole transit area: the tile cuts out what it needs."""
+        return _load_transit(self.spec, self.assigned, self.crs)
+
+
+@dataclass(frozen=True)
+class ParquetTransit:
+    """A transit area in a file of `write_transit`, read by bounding box."""
+
+    path: Path
+    crs: CRS
+    bounds: Bounds
+
+    def read(self, bounds: Bounds | None = None) -> TransitArea:
+        """Return the pieces that meet bounds, or all, united."""
+        import geopandas as gpd
+
+        frame = gpd.read_parquet(self.path, columns=["geometry"], bbox=bounds)
+        united = shapely.union_all(np.asarray(frame.geometry.array, dtype=object))
+        parts = shapely.get_parts(united)
+        polygons = list(parts[shapely.get_type_id(parts) == 3])
+        return TransitArea(shapely.MultiPolygon(polygons), self.crs)
+
+
+def open_anchors(
+    specs: tuple[str, ...], crs: str | None, target: CRS
+) -> LoadedAnchors | ParquetAnchors:
+    """Return a source of anchors in a CRS: streamed where the one file allows it."""
+    path, layer = guard.layer_spec(specs[0])
+    if len(specs) == 1 and layer is None and _is_sorted(path, "x_m"):
+        streamed = ParquetAnchors(path)
+        if streamed.crs == target:
+            return streamed
+    return LoadedAnchors(specs, target, crs)
+
+
+def open_transit(spec: str, crs: str | None, dst_crs: str | None) -> LoadedTransit | ParquetTransit:
+    """Return a source of the transit area: streamed where the file allows it."""
+    path, layer = guard.layer_spec(spec)
+    if layer is None and dst_crs is None and _is_sorted(path, "piece"):
+        import pyarrow.parquet as pq
+
+        header = pq.ParquetFile(path).metadata.metadata[b"geo"]
+        told = _geometry_column(header)
+        x0, y0, x1, y1 = told["bbox"]
+        return ParquetTransit(path, CRS.from_json_dict(told["crs"]), (x0, y0, x1, y1))
+    return LoadedTransit(spec, read_transit(spec, crs=crs, dst_crs=dst_crs).crs, crs)
+
+
+def write_transit(path: str | Path, transit: TransitArea, *, overwrite: bool = False) -> None:
+    """Write a transit area as GeoParquet 1.1 in small pieces along a Hilbert curve.
+
+    A town's streets are often one polygon; cut in pieces, a tile reads only its own part.
+
+    Raises
+    ------
+    FileError
+        When the path may not be written.
+    """
+    import geopandas as gpd
+
+    checked, _ = guard.output_file(path, (GEOPARQUET,), overwrite=overwrite)
+    pieces = subdivided(transit)
+    frame = gpd.GeoDataFrame({"piece": np.arange(len(pieces))}, geometry=pieces, crs=transit.crs)
+    if len(frame) > 1:
+        order = np.argsort(frame.geometry.hilbert_distance().to_numpy(), kind="stable")
+        frame = frame.iloc[order].reset_index(drop=True)
+    with guard.replacing(checked) as temporary:
+        frame.to_parquet(
+            temporary,
+            index=False,
+            write_covering_bbox=True,
+            schema_version="1.1.0",
+            row_group_size=_PIECES_IN_GROUP,
+        )
+
+
+def subdivided(transit: TransitArea) -> list[shapely.Polygon]:
+    """Return the transit area cut into polygons of few vertices: halved again and again.
+
+    Examples
+    --------
+    >>> ring = shapely.Point(0, 0).buffer(100, quad_segs=1000)
+    >>> pieces = subdivided(TransitArea(shapely.MultiPolygon([ring]), CRS(2157)))
+    >>> len(pieces) > 1, abs(sum(piece.area for piece in pieces) - ring.area) < 1e-6
+    (True, True)
+    """
+    small: list[shapely.Polygon] = []
+    large = list(transit.polygons.geoms)
+    while large:
+        polygon = large.pop()
+        if shapely.get_num_coordinates(polygon) <= _VERTICES_IN_PIECE:
+            small.append(polygon)
+            continue
+        x0, y0, x1, y1 = polygon.bounds
+        if x1 - x0 > y1 - y0:
+            middle = (x0 + x1) / 2
+            halves = [shapely.box(x0, y0, middle, y1), shapely.box(middle, y0, x1, y1)]
+        else:
+            middle = (y0 + y1) / 2
+            halves = [shapely.box(x0, y0, x1, middle), shapely.box(x0, middle, x1, y1)]
+        parts = shapely.get_parts(shapely.intersection(polygon, halves))
+        large.extend(parts[shapely.get_type_id(parts) == 3])
+    return small
+
+
+def bounds_of(anchors: Anchors) -> Bounds:
+    """Return the least and greatest coordinates of anchors; NaN when there are none."""
+    if not len(anchors):
+        return (np.nan, np.nan, np.nan, np.nan)
+    x, y = anchors.x_m, anchors.y_m
+    return (float(x.min()), float(y.min()), float(x.max()), float(y.max()))
+
+
+def size_of(source: LoadedAnchors | ParquetAnchors) -> tuple[int, float]:
+    """Return how many anchors a source holds and the largest radius of their own (0 if none)."""
+    if isinstance(source, LoadedAnchors):
+        anchors = source.read()
+        radii, classes = anchors.radius_m, set(anchors.device_class)
+    else:
+        import pyarrow.parquet as pq
+
+        table = pq.read_table(source.path, columns=["radius_m", "device_class"])
+        radii = np.asarray(table.column("radius_m").to_numpy(), dtype=float)
+        classes = set(table.column("device_class").unique().to_pylist())
+    known = [DEVICE_CLASSES[name].radius_m for name in classes if name in DEVICE_CLASSES]
+    return len(radii), float(max([*radii[np.isfinite(radii)], *known], default=0.0))
+
+
+@lru_cache(maxsize=2)
+def _load_anchors(specs: tuple[str, ...], crs: str | None, target: CRS) -> Anchors:
+    return Anchors.concatenate([read_anchors(spec, crs=crs, dst_crs=target) for spec in specs])
+
+
+@lru_cache(maxsize=2)
+def _load_transit(spec: str, crs: str | None, target: CRS) -> TransitArea:
+    return read_transit(spec, crs=crs, dst_crs=target)
+
+
+def _is_sorted(path: Path, column: str) -> bool:
+    """Return whether a file is GeoParquet that `covertool convert` wrote, by a column it adds."""
+    if not path.name.lower().endswith(GEOPARQUET.suffixes):
+        return False
+    checked, _ = guard.input_file(path, (GEOPARQUET,))
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        return column in pq.ParquetFile(checked).schema_arrow.names
+    except (pa.ArrowException, OSError):
+        return False
+
+
+def _geometry_column(header: bytes) -> dict[str, Any]:
+    import json
+
+    told = json.loads(header)
+    column: dict[str, Any] = told["columns"][told["primary_column"]]
+    return column
