@@ -191,13 +191,23 @@ def table_of_days(days: Sequence[OccupancyDay], options: OccupancyOptions) -> Oc
         for name in present
         for window in options.windows
     ]
-    means = [
-        mean
+    means = means_of(cells, days, options.windows, options.mean_of)
+    return OccupancyTable(tuple(cells), means, tuple(days))
+
+
+def means_of(
+    cells: Sequence[OccupancyCell],
+    days: Sequence[OccupancyDay],
+    windows: Iterable[str],
+    mean_of: MeanOf = "cells",
+) -> tuple[OccupancyMean, ...]:
+    """Return the means over weekdays, weekend and holidays, of cells or of days."""
+    means = (
+        _mean(group, window, members, cells, days, mean_of)
         for group, members in GROUPS.items()
-        for window in options.windows
-        if (mean := _mean(group, window, members, cells, days, options.mean_of)) is not None
-    ]
-    return OccupancyTable(tuple(cells), tuple(means), tuple(days))
+        for window in windows
+    )
+    return tuple(mean for mean in means if mean is not None)
 
 
 def _cell(name: str, window: str, days: list[OccupancyDay]) -> OccupancyCell:

@@ -91,6 +91,8 @@ def streets(
     counted = np.clip(measured * share - overlap_m, 0.0, None) / measured
     if aoi is not None:
         lines = _clip(lines, aoi)
+        lines, rows = shapely.get_parts(lines, return_index=True)
+        ids, lanes, two_way, counted = ids[rows], lanes[rows], two_way[rows], counted[rows]
     length_m = shapely.length(lines)
     weights = length_m * counted
     if weight == "lane":

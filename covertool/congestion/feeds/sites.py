@@ -77,7 +77,7 @@ def _csv_sites(rows: io.TextIOWrapper, options: FeedOptions) -> dict[str, Site]:
 
 
 def _bison_fute(rows: io.TextIOWrapper, options: FeedOptions) -> dict[str, Site]:
-    """Return sites of the reference directory: id first, then both ends from column 15 on in Lambert 93."""
+    """Return sites of the reference directory: the id, then both ends from column 15 on."""
     sites = {}
     for place, row in enumerate(csv.reader(rows, delimiter=";")):
         if not row:

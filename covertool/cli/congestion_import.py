@@ -1,0 +1,204 @@
+"""`covertool congestion import`: real traffic feeds into one table of observations."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from covertool.cli import congestion_case as case
+from covertool.cli import options
+from covertool.cli.congestion import congestion_app
+from covertool.cli.console import print_json, say
+
+if TYPE_CHECKING:
+    from covertool.congestion.feeds.protocol import FeedOptions
+    from covertool.model import Observations
+
+Source = Annotated[Path, typer.Argument(metavar="IN", help="The feed; .gz is unpacked.")]
+FeedFormat = Annotated[
+    str,
+    typer.Option("--format", metavar="datex2|waze|tomtom|sumo|trips|csv|parquet", help="Feed."),
+]
+Sites = Annotated[
+    Path | None,
+    typer.Option("--sites", metavar="FILE", help="Site table, or the TRIPS routes file."),
+]
+Moment = Annotated[
+    str | None,
+    typer.Option("--time", metavar="ISO8601", help="Time of a feed without; SUMO's second 0."),
+]
+SpeedUnit = Annotated[
+    str | None, typer.Option("--speed-unit", metavar="m/s|km/h|mph", help="Unit of speeds.")
+]
+FreeSpeed = Annotated[
+    float | None,
+    typer.Option("--free-speed", metavar="SPEED", help="Free-flow speed where there is none."),
+]
+AllowPartial = Annotated[
+    bool, typer.Option("--allow-partial", help="Keep what was read of a truncated feed.")
+]
+
+
+@congestion_app.command("import")
+def import_feed(
+    source: Source,
+    feed_format: FeedFormat,
+    output: options.Output,
+    sites: Sites = None,
+    segments: case.Segments = None,
+    profile: case.ProfileName = None,
+    tz: case.Tz = None,
+    fold: case.FoldChoice = None,
+    time: Moment = None,
+    speed_unit: SpeedUnit = None,
+    free_speed: FreeSpeed = None,
+    allow_partial: AllowPartial = False,
+    overwrite: options.Overwrite = False,
+    as_json: options.Json = False,
+) -> None:
+    """Turn a traffic feed into a table of observations.
+
+    \b
+    Examples:
+      covertool congestion import --format waze jams.json --segments net.gpkg -o obs.parquet
+      covertool congestion import --format datex2 feed.xml.gz --sites sites.xml -o obs.parquet
+      covertool congestion import --format tomtom flow.json --time 2026-07-24T08:00Z -o obs.csv
+      covertool congestion import --format trips routes.csv -o network.gpkg
+
+    \b
+    With --segments the lines that a feed draws are matched to the segments along which they run.
+    With --format trips a network file goes to a GIS format, as a layer segments or junctions.
+    """
+    assert output is not None
+    feed_options = _options(
+        str(source),
+        profile=profile,
+        tz=tz,
+        fold=fold,
+        time=time,
+        speed_unit=speed_unit,
+        free_speed=free_speed,
+        allow_partial=allow_partial,
+    )
+    statuses: dict[str, int] = {}
+    if feed_format == "trips" and output.suffix.lower() not in (".csv", ".parquet"):
+        rows = _network(source, output, feed_options, overwrite)
+    else:
+        feed_options = _with_sites(feed_options, sites, feed_format)
+        rows, statuses = _observations(
+            source, feed_format, output, feed_options, segments, overwrite
+        )
+    if as_json:
+        print_json("congestion import", {"rows": rows, "statuses": statuses})
+        return
+    counts = ", ".join(f"{count} {status}" for status, count in statuses.items())
+    say(f"wrote {rows} rows to {output}" + (f": {counts}" if counts else ""))
+
+
+def _options(
+    where: str,
+    *,
+    profile: str | None,
+    tz: str | None,
+    fold: str | None,
+    time: str | None,
+    speed_unit: str | None,
+    free_speed: float | None,
+    allow_partial: bool,
+) -> FeedOptions:
+    from covertool.congestion.clock import parse_instant, zone
+    from covertool.congestion.feeds.protocol import SPEED_UNITS, FeedOptions
+
+    where_clock = zone(tz) if tz else None
+    chosen_fold = case.fold_choice(fold)
+    moment: datetime | None = None
+    if time is not None:
+        moment = parse_instant(time, where_clock, chosen_fold, "--time")
+    unit = SPEED_UNITS.get(speed_unit or "km/h", 1.0)
+    return FeedOptions(
+        where=where,
+        profile=case.profile_of(profile),
+        tz=where_clock,
+        fold=chosen_fold,
+        time=moment,
+        speed_unit=speed_unit,
+        free_speed_mps=float("nan") if free_speed is None else free_speed * unit,
+        allow_partial=allow_partial,
+    )
+
+
+def _with_sites(feed_options: FeedOptions, sites: Path | None, feed_format: str) -> FeedOptions:
+    from dataclasses import replace
+
+    from covertool.gis.streams import open_stream
+
+    if sites is None:
+        return feed_options
+    table_options = replace(feed_options, where=str(sites))
+    with open_stream(sites) as stream:
+        if feed_format == "trips":
+            from covertool.congestion.feeds import trips
+
+            return replace(feed_options, sites=trips.sites(trips.network(stream, table_options)))
+        from covertool.congestion.feeds.sites import read_sites
+
+        return replace(feed_options, sites=read_sites(stream, table_options))
+
+
+def _network(source: Path, output: Path, feed_options: FeedOptions, overwrite: bool) -> int:
+    """Write the network of a TRIPS file: links when it has lines, else its junctions."""
+    from covertool.congestion.feeds import trips
+    from covertool.gis.streams import open_stream
+    from covertool.gis.write import write_layers
+
+    with open_stream(source) as stream:
+        lines = b"WKT" in stream.read(4096).partition(b"\n")[0]
+    with open_stream(source) as stream:
+        read = trips.network if lines else trips.junctions
+        frame = read(stream, feed_options)
+    write_layers(output, {"segments" if lines else "junctions": frame}, overwrite=overwrite)
+    return len(frame)
+
+
+def _observations(
+    source: Path,
+    feed_format: str,
+    output: Path,
+    feed_options: FeedOptions,
+    segments: str | None,
+    overwrite: bool,
+) -> tuple[int, dict[str, int]]:
+    from collections import Counter
+    from collections.abc import Iterator
+
+    from covertool.congestion.feeds.protocol import feed
+    from covertool.gis.observations import write_observations
+    from covertool.gis.streams import open_stream
+
+    join = _matcher(segments)
+    statuses: Counter[str] = Counter()
+
+    def batches() -> Iterator[Observations]:
+        for batch in feed(feed_format).read(stream, feed_options):
+            joined = join(batch)
+            statuses.update(joined.status.tolist())
+            yield joined
+
+    with open_stream(source) as stream:
+        rows = write_observations(output, batches(), overwrite=overwrite)
+    return rows, dict(sorted(statuses.items()))
+
+
+def _matcher(segments: str | None) -> Any:
+    """Return what joins a batch to the network, or leaves it as it is."""
+    if segments is None:
+        return lambda batch: batch
+    from covertool.congestion.matching import match_lines
+    from covertool.congestion.streets import streets
+    from covertool.gis.segments import read_segments
+
+    network = streets(read_segments(segments))
+    return lambda batch: match_lines(batch, network)

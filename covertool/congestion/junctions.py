@@ -1,0 +1,97 @@
+"""Whether congestion lies at junctions: its length near them against that of all streets."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from covertool.congestion.clock import local_days, window_instant
+from covertool.congestion.nearest import Timeline
+from covertool.congestion.occupancy import OccupancyOptions, states
+from covertool.congestion.rounding import half_up
+from covertool.congestion.status import CLOSED, UNKNOWN
+from covertool.congestion.streets import Streets
+from covertool.model import Floats, Observations
+
+NEAR_M = (25.0, 50.0)
+_SNAP_M = 0.5
+
+
+@dataclass(frozen=True)
+class JunctionShare:
+    """Share of occupied and of all street length within a distance of a junction, 0 to 1."""
+
+    distance_m: float
+    occupied_share: float | None
+    all_share: float
+
+    def text(self) -> str:
+        """Return the two shares in one line."""
+        occupied = "-" if self.occupied_share is None else half_up(100 * self.occupied_share)
+        return (
+            f"within {self.distance_m:g} m of a junction: {occupied} % of the occupied length,"
+            f" {half_up(100 * self.all_share)} % of all length"
+        )
+
+
+def junctions(network: Streets) -> Floats:
+    """Return the (J, 2) places where three or more streets meet.
+
+    The two directions of a street are one. Ends closer than half a metre are one place.
+    """
+    if not len(network):
+        return np.empty((0, 2))
+    ends = shapely.get_coordinates(
+        np.concatenate([shapely.get_point(network.line, 0), shapely.get_point(network.line, -1)])
+    )
+    others = np.concatenate(
+        [shapely.get_point(network.line, 1), shapely.get_point(network.line, -2)]
+    )
+    cells = np.floor(ends / _SNAP_M + 0.5)
+    # A street leaves a junction by its second vertex: both directions share it.
+    leaving = np.floor(shapely.get_coordinates(others) / _SNAP_M + 0.5)
+    arms = np.unique(np.hstack([cells, leaving]), axis=0)
+    places, count = np.unique(arms[:, :2], axis=0, return_counts=True)
+    met: Floats = places[count >= 3] * _SNAP_M
+    return met
+
+
+def junction_shares(
+    observations: Observations,
+    network: Streets,
+    options: OccupancyOptions,
+    distances_m: Sequence[float] = NEAR_M,
+) -> list[JunctionShare]:
+    """Return how much of the occupied length, over all days and windows, lies near junctions.
+
+    The paper remarks that congestion sits at intersections; this is the comparison.
+    """
+    ids, piece_of = np.unique(network.segment_id.astype(str), return_inverse=True)
+    timeline = Timeline(observations, ids.astype(object))
+    occupied_times, known_times = np.zeros(ids.size), np.zeros(ids.size)
+    for day in local_days(observations.time, options.tz):
+        for at in options.windows.values():
+            moment = window_instant(day, at, options.tz)
+            if moment is None:
+                continue
+            rows = timeline.nearest(moment, np.timedelta64(options.tolerance))
+            status, _ = states(timeline, rows, absent_is_free=options.absent_is_free)
+            known_times += (status != UNKNOWN) & (status != CLOSED)
+            occupied_times += np.isin(status.astype(str), list(options.occupied))
+    spots = shapely.multipoints(junctions(network))
+    shares = []
+    for distance in distances_m:
+        near_m = shapely.length(shapely.intersection(network.line, shapely.buffer(spots, distance)))
+        near = network.weight * near_m / network.length_m
+        occupied = _share(near, network.weight, occupied_times[piece_of])
+        everything = _share(near, network.weight, known_times[piece_of])
+        shares.append(JunctionShare(distance, occupied, everything or 0.0))
+    return shares
+
+
+def _share(near: Floats, weight: Floats, times: Floats) -> float | None:
+    total = float((weight * times).sum())
+    return float((near * times).sum()) / total if total > 0 else None

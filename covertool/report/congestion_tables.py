@@ -1,0 +1,160 @@
+"""The occupancy table as text, CSV, XLSX, LaTeX and JSON."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from covertool.congestion.rounding import half_up
+from covertool.errors import MissingExtraError
+from covertool.gis import guard
+from covertool.gis.formats import Format
+from covertool.model import OccupancyTable
+
+FORMATS = (
+    Format("CSV", "", (".csv",)),
+    Format("Excel workbook", "", (".xlsx",)),
+    Format("LaTeX", "", (".tex",)),
+    Format("JSON", "", (".json",)),
+)
+Rows = list[list[str]]
+
+
+def header(table: OccupancyTable) -> list[str]:
+    """Return the column names of the printed table."""
+    names = [
+        name
+        for window in _windows(table)
+        for name in (f"{window} flagged %", f"{window} filled %", f"{window} days")
+    ]
+    return ["day", *names]
+
+
+def rows(table: OccupancyTable) -> Rows:
+    """Return the printed table: the days, then the means with their confidence intervals."""
+    days = list(dict.fromkeys(cell.day for cell in table.cells))
+    cells = {(cell.day, cell.window): cell for cell in table.cells}
+    means = {(mean.group, mean.window): mean for mean in table.means}
+    body = []
+    for day in days:
+        row = [day]
+        for window in _windows(table):
+            cell = cells[day, window]
+            row += [_percent(cell.percent), _percent(cell.filled_percent), str(cell.days)]
+        body.append(row)
+    for group in dict.fromkeys(mean.group for mean in table.means):
+        row = [f"{group} mean"]
+        for window in _windows(table):
+            mean = means[group, window]
+            row += [mean.text or "-", _percent(mean.filled_percent), str(mean.count)]
+        body.append(row)
+    return body
+
+
+def content(table: OccupancyTable) -> dict[str, Any]:
+    """Return the table as JSON knows it; percentages are not rounded."""
+    return {
+        "cells": [dict(vars(cell)) for cell in table.cells],
+        "means": [dict(vars(mean)) for mean in table.means],
+        "days": [{**vars(day), "date": day.date.isoformat()} for day in table.days],
+    }
+
+
+def write_table(path: str | Path, table: OccupancyTable, *, overwrite: bool = False) -> None:
+    """Write the table; the extension decides the format.
+
+    Raises
+    ------
+    FileError
+        When the path cannot be written.
+    MissingExtraError
+        When an XLSX is asked for and openpyxl is not installed.
+    """
+    target, known = guard.output_file(path, FORMATS, overwrite=overwrite)
+    with guard.replacing(target) as temporary:
+        _WRITERS[known.name](temporary, table)
+
+
+def _windows(table: OccupancyTable) -> list[str]:
+    return list(dict.fromkeys(cell.window for cell in table.cells))
+
+
+def _percent(value: float | None) -> str:
+    return "-" if value is None else half_up(value)
+
+
+def _write_csv(path: Path, table: OccupancyTable) -> None:
+    names = ("day", "window", "percent", "filled_percent", "days", "observed_fraction")
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(names)
+        for cell in table.cells:
+            writer.writerow([getattr(cell, name) for name in names])
+        for mean in table.means:
+            figures = (mean.percent, mean.filled_percent, mean.count, "")
+            writer.writerow([f"{mean.group} mean", mean.window, *figures])
+
+
+def _write_xlsx(path: Path, table: OccupancyTable) -> None:
+    try:
+        from openpyxl import Workbook
+    except ImportError:
+        raise MissingExtraError(
+            "XLSX files need the package openpyxl", str(path), "pip install openpyxl, or write .csv"
+        ) from None
+    book = Workbook()
+    sheet = book.active
+    sheet.title = "congestion"
+    sheet.append(header(table))
+    for row in rows(table):
+        sheet.append([row[0], *(_number(text) for text in row[1:])])
+    # A name that begins with = must stay a name.
+    for cells in sheet.iter_rows():
+        for cell in cells:
+            if cell.data_type == "f":
+                cell.data_type = "s"
+    sheet.freeze_panes = "B2"
+    book.save(path)
+
+
+def _number(text: str) -> float | None:
+    return None if text == "-" else float(text)
+
+
+def _write_latex(path: Path, table: OccupancyTable) -> None:
+    columns = header(table)
+    lines = [
+        rf"\begin{{tabular}}{{l{'r' * (len(columns) - 1)}}}",
+        r"\hline",
+        _latex_row(columns),
+        r"\hline",
+        *(_latex_row(row) for row in rows(table)),
+        r"\hline",
+        r"\end{tabular}",
+    ]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+_LATEX_SPECIAL: Mapping[int, str] = str.maketrans(
+    {char: rf"\{char}" for char in "%&_#${}"} | {"\\": r"\textbackslash{}"}
+)
+
+
+def _latex_row(row: list[str]) -> str:
+    return " & ".join(text.translate(_LATEX_SPECIAL) for text in row) + r" \\"
+
+
+def _write_json(path: Path, table: OccupancyTable) -> None:
+    whole = {"schema_version": 1, "command": "congestion table", **content(table)}
+    path.write_text(json.dumps(whole, ensure_ascii=False, indent=1) + "\n", encoding="utf-8")
+
+
+_WRITERS: Mapping[str, Callable[[Path, OccupancyTable], None]] = {
+    "CSV": _write_csv,
+    "Excel workbook": _write_xlsx,
+    "LaTeX": _write_latex,
+    "JSON": _write_json,
+}
