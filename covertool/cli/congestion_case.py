@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from datetime import time, timedelta
+from datetime import date, time, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -200,6 +200,14 @@ def duration(text: str) -> timedelta:
             "h": timedelta(hours=1),
         }[match[2]]
     )
+
+
+def day_of(text: str | None) -> date | None:
+    """Return the day that an option names."""
+    try:
+        return None if text is None else date.fromisoformat(text)
+    except ValueError:
+        raise typer.BadParameter(f"{text!r} is not YYYY-MM-DD", param_hint="--day") from None
 
 
 def _window(text: str) -> tuple[str, time]:

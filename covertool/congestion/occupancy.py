@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import date, time, timedelta
 from typing import TYPE_CHECKING, Literal
 from zoneinfo import ZoneInfo
@@ -88,6 +88,12 @@ class OccupancyOptions:
             raise OptionError(
                 f"{self.mean_of!r} is no way to average", "--mean-of", "use cells or days"
             )
+
+
+def hourly(options: OccupancyOptions) -> OccupancyOptions:
+    """Return the options with a window at each full hour and half an hour's tolerance."""
+    windows = {f"{hour:02d}": time(hour) for hour in range(24)}
+    return replace(options, windows=windows, tolerance=timedelta(minutes=30))
 
 
 def occupancy_table(

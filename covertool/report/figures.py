@@ -78,8 +78,8 @@ def coverage_map(
         handles.append(_draw_anchors(axes, layers["anchors"], x1 - x0, width_in))
     axes.set(xlim=(x0, x1), ylim=(y0, y1), aspect="equal", xticks=[], yticks=[])
     axes.set_title(title, loc="left", fontsize=11)
-    _draw_scale_bar(axes, x1 - x0)
-    _draw_north_arrow(axes)
+    draw_scale_bar(axes, x1 - x0)
+    draw_north_arrow(axes)
     figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8, frameon=False)
     crs_name = crs_door.name(layers["transit"].crs)
     axes.set_xlabel("\n".join(filter(None, [f"CRS {crs_name}", footnote])), fontsize=7, loc="left")
@@ -151,7 +151,7 @@ def _draw_anchors(axes: Axes, frame: gpd.GeoDataFrame, map_width_m: float, width
     )  # fmt: skip
 
 
-def _draw_scale_bar(axes: Axes, map_width_m: float) -> None:
+def draw_scale_bar(axes: Axes, map_width_m: float) -> None:
     """Draw a bar of a round length, about a fifth of the map."""
     exponent = math.floor(math.log10(map_width_m / 5))
     length = max(
@@ -165,7 +165,8 @@ def _draw_scale_bar(axes: Axes, map_width_m: float) -> None:
     axes.text(0.03 + share / 2, 0.045, text, transform=axes.transAxes, ha="center", fontsize=8)
 
 
-def _draw_north_arrow(axes: Axes) -> None:
+def draw_north_arrow(axes: Axes) -> None:
+    """Draw an arrow to grid north in the upper right corner."""
     axes.annotate(
         "N", xy=(0.96, 0.97), xytext=(0.96, 0.88), xycoords="axes fraction", ha="center",
         va="center", fontsize=10, arrowprops={"arrowstyle": "-|>", "facecolor": "black"},
