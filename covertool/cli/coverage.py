@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
 from covertool.cli import options
 from covertool.cli.app import app
-from covertool.cli.console import print_json, print_table, say
-from covertool.cli.inputs import choose_inputs, read_inputs
-
-if TYPE_CHECKING:
-    from covertool.coverage.radii import Radius
-    from covertool.model import Anchors, CoverageReport, RadiusCoverage, TransitArea
-
-DEFAULT_RADIUS_M = 15.0
-OWN = "own"
+from covertool.cli.console import print_json
+from covertool.cli.coverage_output import (
+    Findings,
+    Town,
+    check_outputs,
+    json_content,
+    print_findings,
+    write_plot,
+    write_results,
+)
+from covertool.cli.coverage_radii import choose_radii, curve_radii, shares_of
+from covertool.cli.inputs import Inputs, choose_inputs, read_inputs
 
 Study = Annotated[
     Path | None,
@@ -40,6 +44,57 @@ Classes = Annotated[
         help="DSRC class: A 15 m, B 100 m, C 400 m, D 1000 m (repeatable).",
     ),
 ]
+Curve = Annotated[
+    str | None,
+    typer.Option(
+        "--curve", metavar="START:STOP:COUNT", help="Also levels at COUNT radii, as 5:200:40."
+    ),
+]
+Penetration = Annotated[
+    str | None,
+    typer.Option(
+        "--penetration",
+        metavar="SHARES",
+        help="Also levels expected when only a share of cars is equipped, as 0.05,0.1,0.5.",
+    ),
+]
+Raster = Annotated[
+    float | None,
+    typer.Option("--raster", metavar="METRES", help="With -o FILE.tif: pixel size of a level map."),
+]
+Zones = Annotated[
+    str | None,
+    typer.Option(
+        "--by",
+        metavar="ZONES[:FIELD]",
+        help="Also each zone: polygons in a file, or a column of the transit layer.",
+    ),
+]
+Aoi = Annotated[
+    str | None,
+    typer.Option("--aoi", metavar="FILE[:LAYER]", help="Only the transit area in these polygons."),
+]
+Plot = Annotated[
+    Path | None,
+    typer.Option("--plot", metavar="FILE", help="Draw --curve or --penetration (.png .svg .pdf)."),
+]
+Workers = Annotated[
+    int, typer.Option("--workers", metavar="N", min=1, help="Compute tiles on N processes.")
+]
+Scheduler = Annotated[
+    str | None,
+    typer.Option(
+        "--scheduler", metavar="ADDRESS", help="Compute tiles on a dask cluster, or 'local'."
+    ),
+]
+Tile = Annotated[
+    float | None,
+    typer.Option("--tile", metavar="METRES", min=1, help="Compute in tiles of this size."),
+]
+Resume = Annotated[
+    Path | None,
+    typer.Option("--resume", metavar="FOLDER", help="Keep finished tiles here; take them up."),
+]
 
 
 @app.command()
@@ -53,6 +108,16 @@ def coverage(
     into: options.Into = None,
     overwrite: options.Overwrite = False,
     as_json: options.Json = False,
+    by: Zones = None,
+    aoi: Aoi = None,
+    curve: Curve = None,
+    penetration: Penetration = None,
+    plot: Plot = None,
+    raster: Raster = None,
+    workers: Workers = 1,
+    scheduler: Scheduler = None,
+    tile: Tile = None,
+    resume: Resume = None,
     crs: options.Crs = None,
     dst_crs: options.DstCrs = None,
 ) -> None:
@@ -63,143 +128,92 @@ def coverage(
       covertool coverage --radius 15
       covertool coverage town.gpkg --radius 15 --radius 100 --into town.gpkg
       covertool coverage --anchors cars.csv --crs EPSG:2157 --transit roads.geojson --json
+      covertool coverage town.gpkg --curve 5:200:40 --plot curve.png
+      covertool coverage --anchors cars.parquet --transit roads.parquet --workers 4
 
     \b
     Without --radius and --device-class each anchor's own radius counts if all have one, else 15 m.
-    With -o or --into the levels are written as layers coverage_level_1, _2 and _3.
+    Without -o and --into nothing is written. -o FILE.gpkg makes a whole study: anchors, transit
+    and layers coverage_level_1, _2 and _3, with one row for each radius; another vector format
+    holds one layer of all levels; FILE.tif with --raster holds the levels as pixels.
+    Tiles (--workers, --scheduler, --tile, --resume) give the same table with bounded memory when
+    both files were written by covertool convert.
     """
     begun = time.perf_counter()
-    if output is not None and into is not None:
-        raise typer.BadParameter("use -o or --into, not both", param_hint="--into")
     inputs = choose_inputs(study, anchors, transit)
-    from covertool.coverage import coverage_levels
+    if workers > 1 or scheduler or tile or resume:
+        _refuse_with_tiles(by=by, aoi=aoi, curve=curve, penetration=penetration, output=output,
+                           into=into, plot=plot)  # fmt: skip
+        from covertool.cli.coverage_tiles import run_tiles
 
-    cars, area = read_inputs(inputs, crs, dst_crs)
-    radii = _radii(radius, device_class, cars)
-    report = coverage_levels(cars, area, radii)
-    if output is not None or into is not None:
-        _write(cars, area, radii, output, into, overwrite)
+        found = run_tiles(
+            inputs, radius, device_class, crs, dst_crs,
+            workers=workers, scheduler=scheduler, tile_m=tile, resume=resume,
+        )  # fmt: skip
+    else:
+        check_outputs(output, into, raster, plot, bool(curve or penetration))
+        nodes, shares = curve_radii(curve), shares_of(penetration)
+        town = _read(inputs, radius, device_class, crs, dst_crs, aoi)
+        found = _compute(town, nodes, shares, by, inputs.transit)
+        write_results(town, output=output, into=into, overwrite=overwrite, gsd_m=raster)
+        if plot is not None:
+            write_plot(found, plot, overwrite=overwrite)
     if as_json:
-        print_json("coverage", {**_content(report), "seconds": time.perf_counter() - begun})
+        content = json_content(found, inputs)
+        print_json("coverage", {**content, "seconds": time.perf_counter() - begun})
     else:
-        _print(report, area)
+        print_findings(found)
 
 
-def _radii(radius: list[str] | None, classes: list[str] | None, anchors: Anchors) -> list[Radius]:
-    """Return the radii that the options ask for, or the default, which is told."""
-    from covertool.coverage.radii import radii_of
-    from covertool.errors import ColumnError
-
-    asked: list[Radius] = [None if text == OWN else _metres(text) for text in radius or []]
-    asked += [name.strip().upper() for name in classes or []]
-    if asked:
-        return asked
-    try:
-        radii_of(anchors, None)
-    except ColumnError:
-        say(f"no --radius was given: using {DEFAULT_RADIUS_M:g} m (device class A)")
-        return [DEFAULT_RADIUS_M]
-    say("no --radius was given: using each anchor's own radius or device class")
-    return [None]
-
-
-def _metres(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
+def _refuse_with_tiles(**given: object) -> None:
+    names = {"output": "-o", "into": "--into"}
+    refused = [names.get(name, f"--{name}") for name, value in given.items() if value is not None]
+    if refused:
         raise typer.BadParameter(
-            f"{text!r} is neither a number of metres nor '{OWN}'", param_hint="--radius"
-        ) from None
-
-
-def _write(
-    anchors: Anchors,
-    transit: TransitArea,
-    radii: list[Radius],
-    output: Path | None,
-    into: Path | None,
-    overwrite: bool,
-) -> None:
-    """Write the level layers; a new study also carries what they were computed from."""
-    from covertool.coverage.layers import level_layers
-    from covertool.gis.write import write_layers
-
-    layers = level_layers(anchors, transit, radii)
-    if into is not None:
-        write_layers(into, layers, into=True)
-        say(f"wrote {', '.join(layers)} into {into}")
-        return
-    assert output is not None
-    if output.suffix.lower() == ".gpkg":
-        layers = {"anchors": anchors.to_frame(), "transit": transit.to_frame(), **layers}
-    else:
-        from covertool.coverage.layers import joined
-
-        layers = {"coverage": joined(layers)}
-    write_layers(output, layers, overwrite=overwrite)
-    say(f"wrote {', '.join(layers)} to {output}")
-
-
-def _content(report: CoverageReport) -> dict[str, Any]:
-    return {
-        "transit_area_m2": report.transit_area_m2,
-        "anchors": report.anchors,
-        "results": [
-            {
-                "device_class": result.device_class,
-                "radius_m": result.radius_m,
-                "origin": result.origin,
-                "anchors": result.anchors,
-                "closure_m": result.closure_m,
-                "levels": {
-                    str(level): {"area_m2": area, "fraction": share}
-                    for level, (area, share) in enumerate(
-                        zip(result.areas_m2, result.fractions, strict=True)
-                    )
-                },
-            }
-            for result in report.results
-        ],
-    }
-
-
-def _print(report: CoverageReport, transit: TransitArea) -> None:
-    from covertool import crs as crs_door
-
-    x0, y0, x1, y1 = transit.polygons.bounds
-    scale = crs_door.scale_factor(transit.crs, (x0 + x1) / 2, (y0 + y1) / 2)
-    columns = ["", *[text for result in report.results for text in (_name(result), "%")]]
-    rows = [
-        [label, *[text for result in report.results for text in _cells(result, levels)]]
-        for label, levels in (
-            ("Level 0", (0,)),
-            ("Level 1", (1,)),
-            ("Level 2", (2,)),
-            ("Level 3", (3,)),
-            ("covered", (1, 2, 3)),
+            f"tiles give the table of levels only: leave out {', '.join(refused)}",
+            param_hint="--workers, --scheduler, --tile, --resume",
         )
-    ]
-    print_table(
-        columns,
-        rows,
-        f"Transit area {report.transit_area_m2:,.0f} m2, {report.anchors:,} anchors, "
-        f"{crs_door.name(transit.crs)} (scale factor {scale:.6f})",
-    )
-    worst = max(result.closure_m for result in report.results)
-    typer.echo(f"Level 3 is three or more. Boundaries close to within {worst:.1e} m.")
 
 
-def _name(result: RadiusCoverage) -> str:
-    size = "mixed radii" if result.radius_m is None else f"{result.radius_m:g} m"
-    parts = [
-        f"class {result.device_class}," if result.device_class else "",
-        size,
-        result.origin or "",
-    ]
-    return " ".join(part for part in parts if part) + ": m2"
+def _read(
+    inputs: Inputs,
+    radius: list[str] | None,
+    device_class: list[str] | None,
+    crs: str | None,
+    dst_crs: str | None,
+    aoi: str | None,
+) -> Town:
+    import numpy as np
+
+    from covertool.coverage.zones import clip_transit
+    from covertool.gis.read import read_polygons
+
+    anchors, transit = read_inputs(inputs, crs, dst_crs)
+    if aoi is not None:
+        shapes = read_polygons(aoi, dst_crs=transit.crs).geometry.array
+        transit = clip_transit(transit, np.asarray(shapes, dtype=object))
+    return Town(anchors, transit, tuple(choose_radii(radius, device_class, anchors)))
 
 
-def _cells(result: RadiusCoverage, levels: tuple[int, ...]) -> tuple[str, str]:
-    area = sum(result.areas_m2[level] for level in levels)
-    share = sum(result.fractions[level] for level in levels)
-    return f"{area:,.0f}", f"{100 * share:.2f}"
+def _compute(
+    town: Town, nodes: list[float], shares: list[float], by: str | None, transit: str
+) -> Findings:
+    """Return all that was asked for, computed in memory."""
+    from covertool.coverage import coverage_levels
+    from covertool.coverage.penetration import penetration
+    from covertool.coverage.zones import zone_levels
+
+    anchors, area, radii = town.anchors, town.transit, town.radii
+    found = Findings(coverage_levels(anchors, area, radii), area.crs, area.polygons.bounds)
+    if nodes:
+        from covertool.coverage.curve import coverage_curve
+
+        found = replace(found, curve=coverage_curve(anchors, area, nodes))
+    if shares:
+        found = replace(found, penetration=penetration(anchors, area, radii, shares))
+    if by is not None:
+        from covertool.cli.zones import read_zones
+
+        zones = read_zones(by, transit, area.crs)
+        found = replace(found, zones=zone_levels(anchors, area, zones, radii))
+    return found

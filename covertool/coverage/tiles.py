@@ -20,6 +20,7 @@ from pyproj import CRS
 from covertool.coverage.areas import level_areas
 from covertool.coverage.clip import clipped
 from covertool.coverage.radii import Radius, radii_of
+from covertool.errors import CrsError
 from covertool.model import (
     Anchors,
     AnchorSource,
@@ -39,8 +40,15 @@ Key = tuple[Radius, str | None]
 class TransitSource(Protocol):
     """A transit area that can be read by bounding box; picklable."""
 
-    crs: CRS
-    bounds: Bounds
+    @property
+    def crs(self) -> CRS:
+        """CRS of the coordinates."""
+        ...
+
+    @property
+    def bounds(self) -> Bounds:
+        """Least and greatest coordinates: x0, y0, x1, y1."""
+        ...
 
     def read(self, bounds: Bounds | None = None) -> TransitArea:
         """Return the parts that meet bounds (x0, y0, x1, y1), or all; they may reach beyond."""
@@ -155,6 +163,47 @@ def _levels(
         areas_m2=found.areas_m2,
         closure_m=found.closure_m,
     )
+
+
+def plan_job(
+    anchors: AnchorSource,
+    transit: TransitSource,
+    radii: Sequence[Radius],
+    *,
+    anchors_count: int,
+    largest_own_m: float = 0.0,
+    tile_m: float | None = None,
+) -> TileJob:
+    """Return the job whose tiles cover both the transit area and the anchors.
+
+    Parameters
+    ----------
+    anchors, transit : sources in the same projected CRS
+    radii : metres, device classes, or None for each anchor's own
+    anchors_count : how many anchors there are; decides the size of the tiles
+    largest_own_m : largest radius of the anchors' own, needed when ``radii`` holds None
+    tile_m : side of a tile in metres; chosen when None
+
+    Raises
+    ------
+    CrsError, OptionError
+        When the sources differ in CRS, or a radius is not possible.
+    """
+    none = Anchors.from_points([], [], transit.crs)
+    if anchors.crs != transit.crs:
+        raise CrsError(
+            "the anchors and the transit area are in different coordinate reference systems",
+            f"{anchors.crs.name} and {transit.crs.name}",
+            "convert both with covertool convert --dst-crs EPSG:CODE",
+        )
+    named = [radii_of(none, radius).radius_m for radius in radii if radius is not None]
+    halo_m = max([*(size for size in named if size is not None), largest_own_m * (None in radii)])
+    boxes = np.array([transit.bounds, anchors.bounds])
+    x0, y0 = (float(value) for value in np.nanmin(boxes[:, :2], axis=0))
+    x1, y1 = (float(value) for value in np.nanmax(boxes[:, 2:], axis=0))
+    bounds = (x0, y0, x1, y1)
+    size = tile_m if tile_m is not None else tile_size_m(bounds, anchors_count, halo_m)
+    return TileJob(anchors, transit, plan_tiles(bounds, size), tuple(radii), halo_m)
 
 
 def tiled_levels(

@@ -1,0 +1,67 @@
+"""``--by ZONES[:FIELD]``: polygons by name, from a file or from a column of the transit layer."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pyproj import CRS
+
+    from covertool.model import Objects
+
+
+def read_zones(text: str, transit: str, crs: CRS) -> dict[str, Objects]:
+    """Return the polygons of each zone by its name.
+
+    ``FILE`` or ``FILE:LAYER`` names zones by a column `name` or `id`, else by number; ``:FIELD``
+    after it names another column. A text that is no file is a column of the transit layer.
+
+    Raises
+    ------
+    FileError, ColumnError
+        When there is no such file or column.
+    """
+    from covertool.gis.guard import layer_spec
+    from covertool.gis.read import read_polygons
+
+    head, _, last = text.rpartition(":")
+    if layer_spec(text)[0].is_file() and not _is_column(text, head, last):
+        return _grouped(read_polygons(text, dst_crs=crs), None, text)
+    if head and layer_spec(head)[0].is_file():
+        return _grouped(read_polygons(head, dst_crs=crs), last, head)
+    if "/" not in text and "." not in text and not Path(text).exists():
+        return _grouped(read_polygons(transit, dst_crs=crs), text.lstrip(":"), transit)
+    return _grouped(read_polygons(text, dst_crs=crs), None, text)
+
+
+def _is_column(text: str, head: str, last: str) -> bool:
+    """Return whether FILE:WORD means a column: the file has no layer of that name."""
+    if not head or not Path(head).expanduser().is_file() or Path(text).exists():
+        return False
+    from covertool.gis.formats import VECTOR_FORMATS
+    from covertool.gis.guard import input_file
+    from covertool.gis.layers import geometry_layers, readable
+
+    path, known = input_file(head, VECTOR_FORMATS)
+    if not known.layers:
+        return True
+    with readable(path, known) as opened:
+        return last not in geometry_layers(opened, path)
+
+
+def _grouped(frame: Any, field: str | None, where: str) -> dict[str, Objects]:
+    import numpy as np
+
+    from covertool.coverage.zones import zones_by_name
+    from covertool.errors import ColumnError
+
+    columns = [str(column) for column in frame.columns if column != frame.geometry.name]
+    if field is None:
+        field = next((name for name in ("name", "id") if name in columns), None)
+    elif field not in columns:
+        raise ColumnError(
+            f"there is no column {field!r}", where, f"choose one of: {', '.join(columns) or 'none'}"
+        )
+    names = [str(i + 1) for i in range(len(frame))] if field is None else list(frame[field])
+    return zones_by_name(np.asarray(frame.geometry.array, dtype=object), [str(n) for n in names])
