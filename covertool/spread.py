@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import importlib
+import logging
 import multiprocessing
 import os
 import pickle
@@ -229,7 +230,11 @@ def _on_dask(
 def _client(distributed: Any, workers: int, scheduler: str) -> Any:
     if scheduler == LOCAL_CLUSTER:
         return distributed.Client(
-            n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None
+            n_workers=workers,
+            threads_per_worker=1,
+            processes=True,
+            dashboard_address=None,
+            silence_logs=logging.CRITICAL,
         )
     try:
         return distributed.Client(scheduler, timeout=10)

@@ -11,7 +11,16 @@ import typer
 from covertool.cli.app import app
 from covertool.errors import CovertoolError
 
-VERBS = ("coverage", "congestion", "congestion_import", "congestion_map", "anchors_queue", "export")
+VERBS = (
+    "coverage",
+    "congestion",
+    "congestion_import",
+    "congestion_map",
+    "anchors_queue",
+    "export",
+    "convert",
+    "sample",
+)
 """Modules of covertool.cli that register a verb, in the order of `covertool --help`."""
 
 for _verb in VERBS:
