@@ -26,7 +26,8 @@ _STYLES = """CREATE TABLE IF NOT EXISTS layer_styles (
  styleName TEXT(30), styleQML TEXT, styleSLD TEXT, useAsDefault BOOLEAN, description TEXT,
  owner TEXT(30), ui TEXT(30), update_time DATETIME)"""
 _RESERVED = ("layer_styles", "metadata", "")
-_METADATA = "CREATE TABLE IF NOT EXISTS metadata (key TEXT PRIMARY KEY NOT NULL, value TEXT)"
+_METADATA = """CREATE TABLE IF NOT EXISTS metadata (
+ id INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, key TEXT NOT NULL UNIQUE, value TEXT)"""
 
 
 def write_geopackage(
@@ -125,7 +126,9 @@ def _write_tables(
             connection.execute("DELETE FROM layer_styles WHERE f_table_name = ?", (name,))
             if name in LAYER_STYLES:
                 _insert_style(connection, name)
-        connection.executemany("INSERT OR REPLACE INTO metadata VALUES (?, ?)", metadata.items())
+        connection.executemany(
+            "INSERT OR REPLACE INTO metadata (key, value) VALUES (?, ?)", metadata.items()
+        )
 
 
 def _insert_style(connection: sqlite3.Connection, name: str) -> None:

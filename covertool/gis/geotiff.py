@@ -94,15 +94,14 @@ class GeoRaster:
     def to_metres(self, x_px: Floats, y_px: Floats) -> tuple[Floats, Floats]:
         """Return pixel coordinates as metres in ``crs``."""
         x, y = np.asarray(x_px, dtype=float), np.asarray(y_px, dtype=float)
-        map_x, map_y = Affine(*self.affine) * (x, y)
+        map_x, map_y = _apply(Affine(*self.affine), x, y)
         return crs_door.transform(map_x, map_y, self.raster_crs, self.crs)
 
     def to_pixels(self, x_m: Floats, y_m: Floats) -> tuple[Floats, Floats]:
         """Return metres in ``crs`` as pixel coordinates."""
         x, y = np.asarray(x_m, dtype=float), np.asarray(y_m, dtype=float)
         map_x, map_y = crs_door.transform(x, y, self.crs, self.raster_crs)
-        x_px, y_px = ~Affine(*self.affine) * (map_x, map_y)
-        return np.asarray(x_px), np.asarray(y_px)
+        return _apply(~Affine(*self.affine), map_x, map_y)
 
     def gsd_m(self, x_px: float, y_px: float) -> tuple[float, float]:
         """Return the ground size of a pixel along its x and y axis in metres at that place."""
@@ -292,7 +291,7 @@ def _raster(
         )
     columns = np.array([0.0, dataset.width, dataset.width, 0.0])
     rows = np.array([0.0, 0.0, dataset.height, dataset.height])
-    x, y = Affine(*affine) * (columns, rows)
+    x, y = _apply(Affine(*affine), columns, rows)
     bounds = (float(x.min()), float(y.min()), float(x.max()), float(y.max()))
     if raster_crs.is_geographic and (abs(bounds[0]) > 360 or max(-bounds[1], bounds[3]) > 90):
         raise CrsError(
@@ -319,6 +318,11 @@ def _raster(
         dtype=dataset.dtypes[0],
         driver=known.driver,
     )
+
+
+def _apply(affine: Affine, x: Floats, y: Floats) -> tuple[Floats, Floats]:
+    a, b, c, d, e, f = tuple(affine)[:6]
+    return a * x + b * y + c, d * x + e * y + f
 
 
 def _compare_gsd(raster: GeoRaster, gsd_m: float | None) -> None:

@@ -6,6 +6,7 @@ import logging
 import shutil
 import sqlite3
 import tempfile
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -174,7 +175,9 @@ def _read_ogr(opened: Path, path: Path, layer: str) -> gpd.GeoDataFrame:
     import pyogrio
 
     try:
-        frame = pyogrio.read_dataframe(opened, layer=layer, force_2d=True, on_invalid="ignore")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)  # bad geometries are counted later
+            frame = pyogrio.read_dataframe(opened, layer=layer, force_2d=True, on_invalid="ignore")
     except (
         pyogrio.errors.DataSourceError,
         pyogrio.errors.DataLayerError,
@@ -235,7 +238,7 @@ def _settle_crs(frame: gpd.GeoDataFrame, known: Format, assigned: CRS | None, wh
 
 
 def _named_crs(frame: gpd.GeoDataFrame) -> CRS | None:
-    if frame.crs is None or frame.crs.name.lower().startswith(("undefined", "unknown")):
+    if frame.crs is None or frame.crs.name.lower().startswith("undefined"):
         return None
     found = CRS.from_user_input(frame.crs)
     return crs_door.IMAGE_PLANE if crs_door.is_image_plane(found) else found

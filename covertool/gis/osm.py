@@ -107,6 +107,7 @@ def _to_working(frame: gpd.GeoDataFrame, path: Path) -> gpd.GeoDataFrame:
 def _with_tags(frame: gpd.GeoDataFrame) -> gpd.GeoDataFrame:
     """Return osm_id, highway, name and all tags as one dict a row."""
     import geopandas as gpd
+    import pandas as pd
 
     named = [str(name) for name in frame.columns if name not in _NOT_TAGS]
     records = frame[named].to_dict("records")
@@ -120,12 +121,13 @@ def _with_tags(frame: gpd.GeoDataFrame) -> gpd.GeoDataFrame:
     if "osm_way_id" in frame:
         ids = ids.fillna(frame["osm_way_id"])
     columns = {
-        "osm_id": ids.astype(object).to_numpy(),
-        "highway": np.array([tag.get("highway") for tag in tags], dtype=object),
-        "name": np.array([tag.get("name") for tag in tags], dtype=object),
-        "tags": np.array([*tags, None], dtype=object)[:-1],
+        "osm_id": ids.tolist(),
+        "highway": [tag.get("highway") for tag in tags],
+        "name": [tag.get("name") for tag in tags],
+        "tags": tags,
     }
-    return gpd.GeoDataFrame(columns, geometry=frame.geometry.array, crs=crs_door.WGS84)
+    plain = pd.DataFrame(columns, dtype=object)  # object keeps None; text would make it NaN
+    return gpd.GeoDataFrame(plain, geometry=frame.geometry.array, crs=crs_door.WGS84)
 
 
 def _parsed(other: object) -> dict[str, str]:

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pyproj import CRS
 
-from covertool.crs import IMAGE_PLANE, is_image_plane
-from covertool.errors import ColumnError, FileError
+from covertool import crs as crs_door
+from covertool.errors import ColumnError, CrsError, FileError
 from covertool.gis import guard
 from covertool.gis.columns import typed
 from covertool.gis.formats import GEOPARQUET
@@ -84,9 +84,17 @@ class ParquetAnchors:
                 "write it with covertool convert",
             )
         crs = CRS.from_json_dict(column["crs"])
+        if not crs_door.is_working(crs):
+            raise CrsError(
+                f"{crs_door.name(crs)} is not a conformal CRS in metres",
+                str(checked),
+                "write it with covertool convert",
+            )
         bounds = tuple(column.get("bbox") or (np.nan,) * 4)
         object.__setattr__(self, "path", checked)
-        object.__setattr__(self, "crs", IMAGE_PLANE if is_image_plane(crs) else crs)
+        object.__setattr__(
+            self, "crs", crs_door.IMAGE_PLANE if crs_door.is_image_plane(crs) else crs
+        )
         object.__setattr__(self, "bounds", bounds)
 
     def read(self, bounds: Bounds | None = None) -> Anchors:
