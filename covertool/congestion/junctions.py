@@ -85,7 +85,7 @@ def junction_shares(
     shares = []
     for distance in distances_m:
         near_m = shapely.length(shapely.intersection(network.line, shapely.buffer(spots, distance)))
-        near = network.weight * near_m / network.length_m
+        near = network.weight * near_m / shapely.length(network.line)
         occupied = _share(near, network.weight, occupied_times[piece_of])
         everything = _share(near, network.weight, known_times[piece_of])
         shares.append(JunctionShare(distance, occupied, everything or 0.0))

@@ -91,9 +91,9 @@ class OccupancyOptions:
 
 
 def hourly(options: OccupancyOptions) -> OccupancyOptions:
-    """Return the options with a window at each full hour and half an hour's tolerance."""
+    """Return the options with a window at each full hour that reaches half an hour further."""
     windows = {f"{hour:02d}": time(hour) for hour in range(24)}
-    return replace(options, windows=windows, tolerance=timedelta(minutes=30))
+    return replace(options, windows=windows, tolerance=options.tolerance + timedelta(minutes=30))
 
 
 def occupancy_table(

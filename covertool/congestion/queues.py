@@ -114,7 +114,7 @@ def queue_anchors(
     place = np.arange(owner.size) - np.repeat(np.cumsum(count) - count, count)
     piece_of, lane_of = piece[owner], lane[owner]
     back_m = chosen.stop_line_m + STOP_GAP_M + CAR_M / 2 + SPACING_M * place
-    along_m = network.length_m[piece_of] - back_m
+    along_m = shapely.length(network.line)[piece_of] - back_m
     aside_m = _aside(network, piece_of, lane_of, chosen)
     x, y = _beside(network.line[piece_of], along_m, aside_m)
     names = zip(network.segment_id[piece_of], lane_of, place, strict=True)
@@ -131,10 +131,12 @@ def _lane_counts(
     lanes = network.lanes.astype(np.int64)
     piece = np.repeat(np.arange(len(network)), lanes)
     lane = np.arange(piece.size) - np.repeat(np.cumsum(lanes) - lanes, lanes)
-    room_m = network.length_m - options.stop_line_m
+    # Cars stand on the line as it is drawn, whatever length it declares.
+    drawn_m = shapely.length(network.line)
+    room_m = drawn_m - options.stop_line_m
     share = np.array([options.shares[word] for word in status.tolist()])
     chance = np.random.default_rng(options.seed).random(piece.size)
-    expected = (share * network.length_m)[piece] / SPACING_M
+    expected = (share * drawn_m)[piece] / SPACING_M
     by_status = np.floor(expected + chance).astype(np.int64)
     measured = cars_in_queue(np.nan_to_num(queue_m))[piece]
     count = np.where(np.isfinite(queue_m)[piece], measured, by_status)

@@ -32,7 +32,7 @@ class Streets:
     ----------
     segment_id : (N,) object array of str; a segment may consist of several pieces
     line : (N,) object array of LineStrings in ``crs``
-    length_m : (N,) metres, measured along the line, inside the AOI
+    length_m : (N,) metres inside the AOI, declared where the data declare it, else measured
     lanes : (N,) lanes in this direction
     weight : (N,) the length with which the piece counts
     two_way : (N,) True where another piece runs the same line backwards
@@ -67,7 +67,7 @@ def streets(
     ----------
     frame : GeoDataFrame of lines in metres
         Columns ``segment_id`` (or ``edge_id``, ``osm_id``, ``id``), and optionally ``lanes`` and
-        ``length_m``, a declared length that is compared with the measured one.
+        ``length_m``, the declared length, which counts and is compared with the measured one.
     weight : str
         ``directed``, ``undirected`` or ``lane``.
     aoi : shapely geometry or None
@@ -84,7 +84,7 @@ def streets(
     lines = np.asarray(pieces.geometry.values, dtype=object)
     ids = pieces["segment_id"].to_numpy(dtype=object)
     measured = shapely.length(lines)
-    _report_declared(pieces, measured)
+    stretch = _declared(pieces, measured) / measured
     lanes = _lanes(pieces)
     share, two_way = _shares(ids, lines)
     overlap_m = _partial_overlaps(ids, lines)
@@ -92,8 +92,9 @@ def streets(
     if aoi is not None:
         lines = _clip(lines, aoi)
         lines, rows = shapely.get_parts(lines, return_index=True)
-        ids, lanes, two_way, counted = ids[rows], lanes[rows], two_way[rows], counted[rows]
-    length_m = shapely.length(lines)
+        ids, lanes, two_way = ids[rows], lanes[rows], two_way[rows]
+        counted, stretch = counted[rows], stretch[rows]
+    length_m = shapely.length(lines) * stretch
     weights = length_m * counted
     if weight == "lane":
         weights = weights * lanes
@@ -141,27 +142,29 @@ def _pieces(frame: gpd.GeoDataFrame) -> gpd.GeoDataFrame:
     return frame[~twice.to_numpy()].reset_index(drop=True)
 
 
-def _report_declared(pieces: gpd.GeoDataFrame, measured: Floats) -> None:
-    """Warn of declared lengths that are far from the measured ones; the measured ones count."""
+def _declared(pieces: gpd.GeoDataFrame, measured: Floats) -> Floats:
+    """Return the declared lengths where there are any, and warn of those far from the measured."""
     if "length_m" not in pieces:
-        return
+        return measured
     import pandas as pd
 
     given = pd.to_numeric(pieces["length_m"], errors="coerce").to_numpy(dtype=float)
     # A segment of several parts declares one length for all of them.
     given = given * measured / pieces["part_of_m"].to_numpy(dtype=float)
-    ratio = np.where(given > 0, given, measured) / measured
+    declared = np.where(given > 0, given, measured)
+    ratio = declared / measured
     apart = np.abs(ratio - 1) > 0.1
     if apart.any():
         worst = int(np.argmax(np.abs(np.log(ratio))))
         log.warning(
             "%d segments declare a length that differs by over 10 %% from their line, such as %s:"
-            " %.1f m declared, %.1f m measured; the measured one counts",
+            " %.1f m declared, %.1f m measured; the declared one counts",
             int(apart.sum()),
             pieces["segment_id"].iloc[worst],
-            given[worst],
+            declared[worst],
             measured[worst],
         )
+    return declared
 
 
 def _lanes(pieces: gpd.GeoDataFrame) -> Floats:
