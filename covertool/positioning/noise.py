@@ -23,17 +23,13 @@ ANCHOR_BIT = 1 << 31
 """Marks a neighbour's address as an anchor's number, not a car's."""
 
 Indices = npt.NDArray[np.int64]
-Words = tuple[np.uint32, np.uint32, np.uint32, np.uint32]
+Words = npt.NDArray[np.uint32]
 MAX_RUNS = 1 << 24
 
 _32 = np.uint64(32)
 _MULTIPLIER_0, _MULTIPLIER_1 = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
-_V1, _V2, _V3, _V4, _V5, _V6, _V7, _V8, _V9 = (
-    np.uint32((i * 0x9E3779B9) & 0xFFFFFFFF) for i in range(1, 10)
-)
-_W1, _W2, _W3, _W4, _W5, _W6, _W7, _W8, _W9 = (
-    np.uint32((i * 0xBB67AE85) & 0xFFFFFFFF) for i in range(1, 10)
-)
+_WEYL_0, _WEYL_1 = np.uint32(0x9E3779B9), np.uint32(0xBB67AE85)
+_BLOCK = 64
 _UNIT_32 = 2.0**-32
 _LOG_2 = math.log(2.0)
 _SQRT_2 = math.sqrt(2.0)
@@ -55,45 +51,25 @@ def check_address(seed: int, runs: int) -> None:
 
 
 @kernel
-def _round(w: Words, key_0: np.uint32, key_1: np.uint32) -> Words:
-    # Each word is held in 32 bits, so that the compiler sees 32-bit products and uses vectors.
-    p, q = _MULTIPLIER_0 * np.uint64(w[0]), _MULTIPLIER_1 * np.uint64(w[2])
-    high_q, high_p = np.uint32(q >> _32), np.uint32(p >> _32)
-    return (
-        np.uint32(high_q ^ w[1] ^ key_0),
-        np.uint32(q),
-        np.uint32(high_p ^ w[3] ^ key_1),
-        np.uint32(p),
-    )
+def philox(a: Words, b: Words, c: Words, d: Words, key: tuple[int, int]) -> None:
+    """Replace counters by the words of Philox4x32-10, in place.
 
+    The loop over the counters is the inner one and each word has 32 bits, so that it runs in
+    vector registers.
 
-@kernel
-def philox(c0: int, c1: int, c2: int, c3: int, k0: int, k1: int) -> Words:
-    """Return the four 32-bit words of Philox4x32-10 for a counter and a key of 32-bit words.
-
-    >>> [f"{word:08x}" for word in philox(0, 0, 0, 0, 0, 0)]
-    ['6627e8d5', 'e169c58d', 'bc57ac4c', '9b00dbd8']
+    >>> a, b, c, d = np.zeros((4, 1), np.uint32)
+    >>> philox(a, b, c, d, (0, 0))
+    >>> f"{a[0]:08x} {b[0]:08x} {c[0]:08x} {d[0]:08x}"
+    '6627e8d5 e169c58d bc57ac4c 9b00dbd8'
     """
-    w = (np.uint32(c0), np.uint32(c1), np.uint32(c2), np.uint32(c3))
-    a, b = np.uint32(k0), np.uint32(k1)
-    w = _round(w, a, b)
-    w = _round(w, np.uint32(a + _V1), np.uint32(b + _W1))
-    w = _round(w, np.uint32(a + _V2), np.uint32(b + _W2))
-    w = _round(w, np.uint32(a + _V3), np.uint32(b + _W3))
-    w = _round(w, np.uint32(a + _V4), np.uint32(b + _W4))
-    w = _round(w, np.uint32(a + _V5), np.uint32(b + _W5))
-    w = _round(w, np.uint32(a + _V6), np.uint32(b + _W6))
-    w = _round(w, np.uint32(a + _V7), np.uint32(b + _W7))
-    w = _round(w, np.uint32(a + _V8), np.uint32(b + _W8))
-    return _round(w, np.uint32(a + _V9), np.uint32(b + _W9))
-
-
-@kernel
-def words(
-    key: tuple[int, int], purpose: int, run: int, time: int, car: int, neighbour: int
-) -> Words:
-    """Return the four words at an address."""
-    return philox(time, car, neighbour, (run << 8) | purpose, key[0], key[1])
+    key_0, key_1 = np.uint32(key[0]), np.uint32(key[1])
+    for _ in range(10):
+        for i in range(a.size):
+            p, q = _MULTIPLIER_0 * np.uint64(a[i]), _MULTIPLIER_1 * np.uint64(c[i])
+            new_a = np.uint32(np.uint32(q >> _32) ^ b[i] ^ key_0)
+            new_c = np.uint32(np.uint32(p >> _32) ^ d[i] ^ key_1)
+            a[i], b[i], c[i], d[i] = new_a, np.uint32(q), new_c, np.uint32(p)
+        key_0, key_1 = np.uint32(key_0 + _WEYL_0), np.uint32(key_1 + _WEYL_1)
 
 
 @kernel
@@ -138,6 +114,38 @@ def log(x: float) -> float:
 
 
 @kernel
+def fill_unit_pairs(
+    key: tuple[int, int],
+    purpose: int,
+    run: int,
+    time: int,
+    car: Indices,
+    neighbour: Indices,
+    first: Floats,
+    second: Floats,
+) -> None:
+    """Write two independent numbers, uniform in (0, 1), for each address.
+
+    Parameters
+    ----------
+    key : (seed, scenario), each below 2^32
+    purpose, run, time : shared parts of the address
+    car, neighbour : (N,) the other parts
+    first, second : (N,) where the numbers go
+    """
+    words = np.empty((4, _BLOCK), np.uint32)
+    for start in range(0, car.size, _BLOCK):
+        size = min(_BLOCK, car.size - start)
+        a, b, c, d = words[0, :size], words[1, :size], words[2, :size], words[3, :size]
+        for i in range(size):
+            a[i], b[i], c[i] = time, car[start + i], neighbour[start + i]
+            d[i] = (run << 8) | purpose
+        philox(a, b, c, d, key)
+        for i in range(size):
+            first[start + i], second[start + i] = unit(a[i]), unit(b[i])
+
+
+@kernel
 def fill_normal_pairs(
     key: tuple[int, int],
     purpose: int,
@@ -150,17 +158,9 @@ def fill_normal_pairs(
 ) -> None:
     """Write two independent standard normals for each address, by Box and Muller (1958).
 
-    Parameters
-    ----------
-    key : (seed, scenario), each below 2^32
-    purpose, run, time : shared parts of the address
-    car, neighbour : (N,) the other parts
-    first, second : (N,) where the normals go
+    The parameters are those of :func:`fill_unit_pairs`.
     """
-    for i in range(car.size):
-        a, b, _, _ = words(key, purpose, run, time, car[i], neighbour[i])
-        first[i] = unit(a)
-        second[i] = unit(b)
+    fill_unit_pairs(key, purpose, run, time, car, neighbour, first, second)
     for i in range(car.size):
         size = math.sqrt(-2.0 * log(first[i]))
         cosine, sine = cos_sin_turns(second[i])
