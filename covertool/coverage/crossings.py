@@ -34,8 +34,9 @@ def circle_crossings(xa, ya, ra, xb, yb, rb):
     if d <= abs(ra - rb) + slack:
         return (FIRST_WITHIN if rb > ra else SECOND_WITHIN), 0.0, 0.0, 0.0, 0.0
     # Heron's product: exact near tangency, and the same for both circles.
-    half = 0.5 * math.sqrt(((ra + rb - d) * (ra + rb + d)) * ((d - ra + rb) * (d + ra - rb))) / d
-    along = 0.5 * (d + (ra - rb) * ((ra + rb) / d))
+    both, less = ra + rb, ra - rb
+    half = 0.5 * math.sqrt(((both - d) * (both + d)) * ((d - less) * (d + less))) / d
+    along = 0.5 * (d + less * (both / d))
     ex, ey = dx / d, dy / d
     foot_x, foot_y = xa + along * ex, ya + along * ey
     across_x, across_y = -half * ey, half * ex

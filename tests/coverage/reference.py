@@ -97,7 +97,7 @@ def _circle_angles(cx, cy, r, others):
     d = np.hypot(dx, dy)
     cross = (d < r + others[:, 2]) & (d > np.abs(r - others[:, 2]))
     dx, dy, d, other = dx[cross], dy[cross], d[cross], others[cross, 2]
-    half = np.arccos(np.clip((r**2 + d**2 - other**2) / (2 * r * d), -1, 1))
+    half = np.arccos(np.clip((d**2 + (r - other) * (r + other)) / (2 * r * d), -1, 1))
     turn = np.arctan2(dy, dx)
     angles = np.concatenate([turn - half, turn + half])
     return np.arctan2(np.sin(angles), np.cos(angles))
@@ -115,7 +115,7 @@ def _chords(cx, cy, r, starts, ends):
 
 def _edge_angles(cx, cy, r, starts, ends):
     shares = np.concatenate(_chords(cx, cy, r, starts, ends))
-    hit = (shares > 0) & (shares < 1)
+    hit = (shares >= 0) & (shares <= 1)
     points = (np.tile(starts, (2, 1)) + shares[:, None] * np.tile(ends - starts, (2, 1)))[hit]
     return np.arctan2(points[:, 1] - cy, points[:, 0] - cx)
 
