@@ -14,6 +14,7 @@ from covertool.model import ORIGINS, Floats, Objects
 
 if TYPE_CHECKING:
     import geopandas as gpd
+    import pandas as pd
 
 
 def column(frame: gpd.GeoDataFrame, name: str) -> str | None:
@@ -35,11 +36,10 @@ def ids(frame: gpd.GeoDataFrame, repairs: Repairs) -> Objects:
     name = column(frame, "id")
     if name is None:
         return np.array([str(i + 1) for i in range(len(frame))], dtype=object)
-    given = frame[name]
-    texts = np.array([_plain_id(value) for value in given], dtype=object)
+    given = _as_text(frame[name])
     missing = given.isna().to_numpy(dtype=bool)
-    repeated = given.astype("string").duplicated().to_numpy(dtype=bool) & ~missing
-    bad = repeated | missing
+    bad = given.duplicated().to_numpy(dtype=bool) | missing
+    texts: Objects = given.to_numpy(dtype=object, na_value="")
     repairs.note("repeated or missing ids numbered anew", int(bad.sum()))
     taken = set(texts[~bad])
     fresh = (str(n) for n in range(1, 2 * len(texts) + 1) if str(n) not in taken)
@@ -47,8 +47,9 @@ def ids(frame: gpd.GeoDataFrame, repairs: Repairs) -> Objects:
     return texts
 
 
-def _plain_id(value: object) -> str:
-    return str(int(value)) if isinstance(value, float) and value.is_integer() else str(value)
+def _as_text(column: pd.Series) -> pd.Series:
+    whole = column.dtype.kind == "f" and bool((column.dropna() % 1 == 0).all())
+    return (column.astype("Int64") if whole else column).astype("string")
 
 
 def floats(frame: gpd.GeoDataFrame, name: str, where: str) -> Floats:

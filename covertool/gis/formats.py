@@ -15,6 +15,7 @@ class Format:
     """A file format: its name, GDAL driver, extensions and the bytes that such a file starts with.
 
     ``signatures`` holds (offset, bytes) pairs of which one must match; none means plain text.
+    ``ending`` is what must stand near the end of a whole file, where GDAL would not notice a cut.
     """
 
     name: str
@@ -22,6 +23,7 @@ class Format:
     suffixes: tuple[str, ...]
     signatures: tuple[tuple[int, bytes], ...] = ()
     layers: bool = False
+    ending: bytes = b""
 
 
 GEOPACKAGE = Format("GeoPackage", "GPKG", (".gpkg",), ((0, b"SQLite format 3\x00"),), layers=True)
@@ -46,7 +48,7 @@ RASTER_FORMATS = (
         (".tif", ".tiff"),
         ((0, b"II*\x00"), (0, b"MM\x00*"), (0, b"II+\x00"), (0, b"MM\x00+")),
     ),
-    Format("PNG", "PNG", (".png",), ((0, b"\x89PNG\r\n\x1a\n"),)),
+    Format("PNG", "PNG", (".png",), ((0, b"\x89PNG\r\n\x1a\n"),), ending=b"IEND"),
     Format("JPEG", "JPEG", (".jpg", ".jpeg"), ((0, b"\xff\xd8\xff"),)),
     Format(
         "JPEG2000",

@@ -15,7 +15,7 @@ from typing import BinaryIO
 from covertool.errors import FileError
 from covertool.gis.formats import GEOJSON, Format, by_suffix, suffixes
 
-_HEAD = 4096
+_HEAD = 4096  # bytes looked at, at either end of a file
 _REMOTE = ("/vsi", "http:", "https:", "ftp:", "s3:", "gs:", "az:")
 
 
@@ -104,6 +104,15 @@ def _require_content(path: Path, known: Format) -> None:
             str(path),
             "give the file its true extension, or write it again",
         )
+
+    if known.ending and known.ending not in _tail(path):
+        raise FileError(f"the {known.name} file is cut off", str(path), "copy or export it again")
+
+
+def _tail(path: Path) -> bytes:
+    with path.open("rb") as file:
+        file.seek(max(0, path.stat().st_size - _HEAD))
+        return file.read()
 
 
 def _runs_gdal(file: BinaryIO) -> bool:

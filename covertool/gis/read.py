@@ -115,9 +115,23 @@ def read_study(path: str | Path, *, dst_crs: AnyCrs = None) -> Study:
     transit = read_transit(f"{checked}:transit", dst_crs=dst_crs) if "transit" in names else None
     shared = transit.crs if transit is not None else dst_crs
     anchors = read_anchors(f"{checked}:anchors", dst_crs=shared) if "anchors" in names else None
+    if transit is not None and anchors is not None:
+        warn_when_apart(anchors, transit, str(checked))
     shared = anchors.crs if anchors is not None else shared
     vehicles = read_vehicles(f"{checked}:vehicles", dst_crs=shared) if "vehicles" in names else None
     return Study(anchors, transit, vehicles)
+
+
+def warn_when_apart(anchors: Anchors, transit: TransitArea, where: str) -> None:
+    """Log a warning when no anchor lies within the bounds of the transit area, 1 km around."""
+    x0, y0, x1, y1 = shapely.buffer(shapely.box(*transit.polygons.bounds), 1000.0).bounds
+    x, y = anchors.x_m, anchors.y_m
+    if len(anchors) and not bool(((x >= x0) & (x <= x1) & (y >= y0) & (y <= y1)).any()):
+        _LOG.warning(
+            "warning: %s: no anchor is within 1 km of the transit area; "
+            "are longitude and latitude swapped, or is a CRS wrong?",
+            where,
+        )
 
 
 def _places(layer: Layer, repairs: Repairs) -> tuple[Any, Floats, Floats]:

@@ -76,7 +76,7 @@ def _coordinate_columns(columns: list[str], where: str, crs: CRS | None) -> tupl
         for names in (_X, _Y, _LON, _LAT)
     ]
     x, y, lon, lat = pick
-    if lon is not None and lat is not None and (x is None or y is None):
+    if lon is not None and lat is not None and (x is None or y is None or crs is None):
         if crs is not None and not crs.is_geographic:
             raise CrsError(
                 f"the columns {lon},{lat} are degrees and --crs {crs_door.name(crs)} is not",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import shutil
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -32,6 +32,7 @@ def write_layers(
     overwrite: bool = False,
     into: bool = False,
     metadata: Mapping[str, str] | None = None,
+    inputs: Iterable[str | Path] = (),
 ) -> None:
     """Write layers to a file; the extension decides the format.
 
@@ -49,13 +50,17 @@ def write_layers(
         none.
     metadata : mapping of str to str, or None
         Keys and values for the metadata table of a GeoPackage.
+    inputs : iterable of str or Path
+        Files that the output must not be one of.
 
     Raises
     ------
     FileError, CrsError, OptionError, GeometryError
         When the path or the layers do not fit; the old file is then as it was.
     """
-    checked, known = guard.output_file(path, VECTOR_FORMATS, overwrite=overwrite or into)
+    checked, known = guard.output_file(
+        path, VECTOR_FORMATS, overwrite=overwrite or into, inputs=inputs
+    )
     if not layers:
         raise OptionError("there is no layer to write", str(checked), "name at least one")
     if into and known is not formats.GEOPACKAGE:

@@ -58,6 +58,14 @@ def test_x_y_without_a_crs_is_refused_with_the_option(tmp_path: Path) -> None:
     assert "--crs" in caught.value.mend
 
 
+def test_lon_lat_beside_x_y_serves_where_no_crs_is_named(tmp_path: Path) -> None:
+    content = "x,y,lon,lat\n1,2,-8.0,53.5\n"
+    assert anchors_of(tmp_path / "a.csv", content, crs=None)[1][0] == pytest.approx(
+        600000, abs=1e-3
+    )
+    assert anchors_of(tmp_path / "a.csv", content)[1] == [1]
+
+
 def test_misspelt_coordinate_columns_are_recognised(tmp_path: Path) -> None:
     with pytest.raises(ColumnError) as caught:
         anchors_of(tmp_path / "a.csv", "lon,lattitude\n1,2\n", crs=None)

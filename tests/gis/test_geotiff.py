@@ -283,6 +283,11 @@ def test_a_broken_image_is_refused_not_guessed(tmp_path: Path) -> None:
     with pytest.raises(FileError) as caught:
         open_raster(path, gsd_m=1).read(0, 0, WIDTH, HEIGHT)
     assert str(path) == caught.value.where
+    for name in ("a.png", "a.jpg", "a.jp2"):
+        cut = save(tmp_path / name, pixels(3))
+        cut.write_bytes(cut.read_bytes()[: cut.stat().st_size // 2])
+        with pytest.raises(FileError):
+            open_raster(cut, gsd_m=1).read(0, 0, WIDTH, HEIGHT)
     path.write_bytes(b"II*\x00" + b"\xff" * 50)
     with pytest.raises(FileError):
         open_raster(path, gsd_m=1)

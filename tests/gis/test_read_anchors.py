@@ -213,6 +213,21 @@ def test_repeated_and_missing_ids_become_unique(
     assert "2 repeated or missing ids" in caplog.text
 
 
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ([7, 8, 9], ["7", "8", "9"]),
+        ([7.0, 8.0, 9.0], ["7", "8", "9"]),
+        ([7.5, 8.0, 9.0], ["7.5", "8.0", "9.0"]),
+        (["07", "8", "x"], ["07", "8", "x"]),
+    ],
+)
+def test_ids_become_text_as_they_were_meant(
+    tmp_path: Path, given: list[object], expected: list[str]
+) -> None:
+    assert list(read_anchors(save(points(id=given), tmp_path / "town.gpkg")).id) == expected
+
+
 def test_columns_of_anchors_are_read_in_any_case_and_checked(tmp_path: Path) -> None:
     frame = points(
         Radius_M=[15.0, None, 100.0],

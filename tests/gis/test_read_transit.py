@@ -2,6 +2,9 @@
 
 import logging
 import math
+import sqlite3
+import struct
+from contextlib import closing
 from pathlib import Path
 
 import geopandas as gpd
@@ -143,6 +146,30 @@ def test_a_study_comes_in_one_crs_even_when_its_layers_differ(tmp_path: Path) ->
     assert found.anchors.crs == found.transit.crs
     assert (found.anchors.x_m[0], found.anchors.y_m[0]) == pytest.approx((X, Y), abs=1e-3)
     assert found.vehicles is None
+
+
+def test_anchors_far_from_the_transit_area_are_told(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    path = study(tmp_path / "s.gpkg")
+    read_study(path)
+    assert not caplog.records
+    far = Anchors.from_points([X + 50_000], [Y], crs_door.IRISH_TM)
+    write_layers(path, {"anchors": far.to_frame()}, into=True)
+    read_study(path)
+    assert "swapped" in caplog.text
+
+
+def test_a_curve_is_read_as_a_fine_line(tmp_path: Path) -> None:
+    path = save(tmp_path / "t.gpkg", [box(0, 0, 1, 1), shapely.Point(X, Y)])  # of any type
+    arcs = [(X + 10, Y), (X, Y + 10), (X - 10, Y), (X, Y - 10), (X + 10, Y)]
+    string = struct.pack("<BII", 1, 8, 5) + b"".join(struct.pack("<2d", *place) for place in arcs)
+    blob = b"GP\x00\x01" + struct.pack("<i", 2157) + struct.pack("<BII", 1, 10, 1) + string
+    with closing(sqlite3.connect(path)) as connection, connection:
+        for name in ("IsEmpty", "MinX", "MaxX", "MinY", "MaxY"):  # for the index's triggers
+            connection.create_function(f"ST_{name}", 1, lambda _: 0)
+        connection.execute("UPDATE transit SET geom = ? WHERE fid = 1", (blob,))
+    assert read_transit(path).area_m2 == pytest.approx(math.pi * 100, rel=2e-3)
 
 
 def test_vehicles_come_back_as_they_were_written(tmp_path: Path) -> None:

@@ -151,6 +151,13 @@ def test_no_rows_at_all_are_written_and_read(tmp_path: Path, suffix: str) -> Non
     assert len(read_anchors(path, crs=crs)) == 0
 
 
+def test_an_output_that_is_an_input_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "a.fgb"
+    write_layers(path, {"anchors": points()})
+    with pytest.raises(FileError, match="same file"):
+        write_layers(path, {"anchors": points()}, overwrite=True, inputs=[path])
+
+
 def test_an_unknown_extension_is_refused_and_the_known_are_listed(tmp_path: Path) -> None:
     with pytest.raises(FileError) as caught:
         write_layers(tmp_path / "a.xyz", {"anchors": points()})
