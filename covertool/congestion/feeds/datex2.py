@@ -47,6 +47,7 @@ class _Publication:
     group: str | None = None
     listed: set[str] = field(default_factory=set)
     skipped: Counter[str] = field(default_factory=Counter)
+    words: dict[str | None, str] = field(default_factory=dict)
 
     def records(self, stream: BinaryIO) -> Iterator[FlowRecord]:
         situations = Situations(self.options)
@@ -122,8 +123,10 @@ class _Publication:
         return self._word(text(values, "trafficStatusValue"))
 
     def _word(self, word: str | None) -> str:
-        profile = self.options.profile or DATEX2_V2
-        return str(status_of_words(np.array([word], dtype=object), profile)[0])
+        if word not in self.words:
+            profile = self.options.profile or DATEX2_V2
+            self.words[word] = str(status_of_words(np.array([word], dtype=object), profile)[0])
+        return self.words[word]
 
     def _defaults(self) -> Iterator[FlowRecord]:
         """Yield the default status for every known place that the publication left out."""

@@ -33,8 +33,9 @@ def elements(
     """
     depth = size = 0
     record: Element = None
+    source = _Source(stream)
     try:
-        for event, element in _parser(stream):
+        for event, element in _parser(source):
             if event == "start":
                 depth += 1
                 if depth == 1:
@@ -66,12 +67,24 @@ def elements(
             f"the compressed feed ends early: {fault}", options.where, "fetch it again"
         ) from None
     except etree.XMLSyntaxError as fault:
-        raise _told(fault, options) from None
+        raise _told(fault, source.ended, options) from None
 
 
-def _parser(stream: BinaryIO) -> Iterator[tuple[str, Element]]:
+class _Source:
+    """A stream that knows when it has been read to its end."""
+
+    def __init__(self, stream: BinaryIO) -> None:
+        self._stream, self.ended = stream, False
+
+    def read(self, size: int = -1) -> bytes:
+        chunk = self._stream.read(size)
+        self.ended = not chunk
+        return chunk
+
+
+def _parser(source: _Source) -> Iterator[tuple[str, Element]]:
     parser: Iterator[tuple[str, Element]] = etree.iterparse(
-        stream,
+        source,
         events=("start", "end"),
         resolve_entities=False,
         no_network=True,
@@ -100,12 +113,11 @@ def _forget(element: Element) -> None:
         del element.getparent()[0]
 
 
-def _told(fault: etree.XMLSyntaxError, options: FeedOptions) -> FileError:
-    told = str(fault)
-    early = ("Premature end", "no element found", "EndTag", "not finished", "Couldn't find end")
-    if any(phrase.lower() in told.lower() for phrase in early):
-        return TruncatedError(f"the XML ends early: {told}", options.where, "fetch it again")
-    return FileError(f"the XML is damaged: {told}", options.where, "fetch the feed again")
+def _told(fault: etree.XMLSyntaxError, ended: bool, options: FeedOptions) -> FileError:
+    # The parser waits for more wherever more could mend it, so a fault at the end is a cut.
+    if ended:
+        return TruncatedError(f"the XML ends early: {fault}", options.where, "fetch it again")
+    return FileError(f"the XML is damaged: {fault}", options.where, "fetch the feed again")
 
 
 def local_name(element: Element) -> str:
@@ -122,7 +134,7 @@ def find(element: Element, *path: str) -> Element | None:
     '1'
     """
     for name in path:
-        element = next(element.iterfind(f".//{{*}}{name}"), None)
+        element = next(element.iterdescendants(f"{{*}}{name}"), None)
         if element is None:
             return None
     return element
