@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import glob
 import mmap
 import os
+import platform
 import secrets
 import sqlite3
 import stat
@@ -195,7 +197,10 @@ def replacing(path: Path) -> Iterator[Path]:
     """
     require_parent(path)
     target = path.resolve()
-    temporary = target.with_name(f".{secrets.token_hex(6)}.part{path.suffix}")
+    _sweep(target.parent)
+    temporary = target.with_name(
+        f"{_part_prefix()}{os.getpid()}-{secrets.token_hex(4)}.part{path.suffix}"
+    )
     try:
         yield temporary
         with temporary.open("rb+") as file:
@@ -204,8 +209,33 @@ def replacing(path: Path) -> Iterator[Path]:
     except _faults_of_writing() as error:
         raise unwritten(path, error) from error
     finally:
-        for leftover in target.parent.glob(f"{temporary.stem}*"):
+        for leftover in target.parent.glob(f"{glob.escape(temporary.stem)}*"):
             leftover.unlink(missing_ok=True)
+
+
+def _part_prefix() -> str:
+    return f".{platform.node()[:64]}-"
+
+
+def _sweep(folder: Path) -> None:
+    """Remove the unfinished siblings of writers on this machine that were killed."""
+    if os.name != "posix":  # elsewhere signal 0 is no harmless question
+        return
+    prefix = _part_prefix()
+    for part in folder.glob(f"{glob.escape(prefix)}*.part*"):
+        writer = part.name.removeprefix(prefix).partition("-")[0]
+        if writer.isdigit() and not _lives(int(writer)):
+            part.unlink(missing_ok=True)
+
+
+def _lives(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:
+        return True
+    return True
 
 
 def unwritten(path: Path, error: BaseException) -> FileError:

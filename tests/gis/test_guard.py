@@ -1,6 +1,8 @@
 """What may be opened and written, and that a file is replaced whole or not at all."""
 
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -120,6 +122,29 @@ def test_a_failed_write_leaves_the_old_file_and_nothing_beside_it(tmp_path: Path
     with pytest.raises(ZeroDivisionError):
         fail()
     assert path.read_bytes() == b"old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_killed_writer_leaves_the_old_file_and_the_next_writer_sweeps_up(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("old")
+    script = (
+        "import sys, time; from pathlib import Path; from covertool.gis import guard\n"
+        "with guard.replacing(Path(sys.argv[1])) as temporary:\n"
+        "    temporary.write_text('half'); print('now', flush=True); time.sleep(60)\n"
+    )
+    writer = subprocess.Popen([sys.executable, "-c", script, path], stdout=subprocess.PIPE)
+    assert writer.stdout is not None
+    assert writer.stdout.readline() == b"now\n"
+    with guard.replacing(path) as temporary:  # the other is alive and its part stays
+        temporary.write_text("mine")
+    assert len(list(tmp_path.iterdir())) == 2
+    writer.kill()
+    writer.communicate()
+    assert path.read_text() == "mine"
+    with guard.replacing(path) as temporary:
+        temporary.write_text("new")
+    assert path.read_text() == "new"
     assert list(tmp_path.iterdir()) == [path]
 
 
