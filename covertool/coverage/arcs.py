@@ -175,7 +175,7 @@ def sweep_quadrant(
 
 @compiled
 def sweep_edge(near, k, base, edges, e, events, out, m):
-    """Write the covered parts of one transit edge with their depth; return their number."""
+    """Write the parts of one transit edge with their depth; return their number."""
     ax, ay, bx, by = edges[e, 0], edges[e, 1], edges[e, 2], edges[e, 3]
     depth, n = base, 0
     for j in range(k):
@@ -194,12 +194,11 @@ def sweep_edge(near, k, base, edges, e, events, out, m):
     px, py = ax, ay
     for i in range(n + 1):
         x, y = (events[i, 2], events[i, 3]) if i < n else (bx, by)
-        if depth > 0.5:
-            if m >= out.shape[0]:
-                return -1
-            out[m, 0], out[m, 1], out[m, 2], out[m, 3] = px, py, x, y
-            out[m, 4], out[m, 5], out[m, 6], out[m, 7] = 0.0, 0.0, depth, -1.0
-            m += 1
+        if m >= out.shape[0]:
+            return -1
+        out[m, 0], out[m, 1], out[m, 2], out[m, 3] = px, py, x, y
+        out[m, 4], out[m, 5], out[m, 6], out[m, 7] = 0.0, 0.0, depth, -1.0
+        m += 1
         if i < n:
             depth += events[i, 1]
         px, py = x, y

@@ -13,6 +13,7 @@ import shapely
 
 from covertool.coverage.areas import disc_arrays, grids
 from covertool.coverage.cells import cell_boundaries, working_space
+from covertool.coverage.chords import chords
 from covertool.coverage.compiled import announced, compiled
 from covertool.coverage.edges import directed_edges
 from covertool.coverage.radii import Radius, check_anchors, radii_of
@@ -110,7 +111,7 @@ class _Lines:
         angles = _arc_angles(rows)
         last, angle = _totals(heads, following, angles)
         self.start, self.end, self.sides = start[heads], end[last], sides[heads]
-        self.points, self.first = _drawn(
+        self.points, self.first = chords(
             at[self.start], at[self.end], discs, owner[heads], angle, tolerance_m
         )
 
@@ -157,50 +158,6 @@ def _totals(heads, following, angles):
             total[h] += angles[i]
             i = following[i]
     return last, total
-
-
-def _drawn(
-    starts: Floats,
-    ends: Floats,
-    discs: Floats,
-    owner: Integers,
-    angle: Floats,
-    tolerance_m: float,
-) -> tuple[Floats, Integers]:
-    """Return the vertices of all lines and the place of each line's first.
-
-    An arc of n chords of angle d keeps its ends; the vertices between lie at the radius rho for
-    which the area is kept: ``2 r rho + (n - 2) rho^2 = r^2 n d / sin d``.
-    """
-    arc = owner >= 0
-    disc = discs[np.where(arc, owner, 0)]
-    radius = disc[:, 2]
-    widest = np.minimum(2 * np.arccos(np.clip(1 - tolerance_m / radius, -1, 1)), np.pi / 4)
-    chords = np.where(arc, np.maximum(np.ceil(angle / widest), 2), 1).astype(np.int64)
-    step = angle / chords
-    wanted = radius * np.divide(angle, np.sin(step), out=np.ones_like(step), where=step > 0)
-    # The root of (n - 2) rho^2 + 2 r rho - r wanted, in the form that also holds for n = 2.
-    rho = radius * wanted / (radius + np.sqrt(radius**2 + (chords - 2) * radius * wanted))
-    first = np.append(0, np.cumsum(chords + 1))
-    points = _vertices(starts, ends, disc, rho, chords, step, first)
-    return points, first
-
-
-@compiled
-def _vertices(starts, ends, disc, rho, chords, step, first):
-    """Write the vertices of all lines one after another."""
-    points = np.empty((first[-1], 2))
-    for i in range(chords.size):
-        points[first[i]] = starts[i]
-        cx, cy = disc[i, 0], disc[i, 1]
-        dx, dy = starts[i, 0] - cx, starts[i, 1] - cy
-        size = rho[i] / max(np.hypot(dx, dy), 1e-300)
-        for v in range(1, chords[i]):
-            cosine, sine = np.cos(v * step[i]), np.sin(v * step[i])
-            points[first[i] + v, 0] = cx + size * (dx * cosine - dy * sine)
-            points[first[i] + v, 1] = cy + size * (dx * sine + dy * cosine)
-        points[first[i] + chords[i]] = ends[i]
-    return points
 
 
 @compiled
