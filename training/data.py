@@ -24,12 +24,31 @@ SIGMA_CELLS = (0.75, 1.3)
 """Width of the peak that marks a centre, for cars and for trucks."""
 
 
-def load_tiles(folder: Path) -> list[tuple[npt.NDArray[np.uint8], Floats]]:
-    """Return (RGB image, labels) of all tiles in a folder, in the order of their names."""
-    return [
-        (cv2.imread(str(path.with_suffix(".png")))[..., ::-1].copy(), np.load(path))
-        for path in sorted(folder.glob("*.npy"))
-    ]
+Tile = tuple[npt.NDArray[np.uint8], Floats]
+
+
+class TileStore:
+    """Tiles of some folders in memory; those that are rendered later join at the next refresh."""
+
+    def __init__(self, folders: list[Path]) -> None:
+        self.folders = folders
+        self.tiles: list[Tile] = []
+        self._known: set[Path] = set()
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Load the tiles that are new, in the order of their names."""
+        for folder in self.folders:
+            for path in sorted(set(folder.glob("*.npy")) - self._known):
+                self._known.add(path)
+                self.tiles.append((read_picture(path.with_suffix(".png")), np.load(path)))
+
+
+def read_picture(path: Path) -> npt.NDArray[np.uint8]:
+    """Return a picture as (H, W, 3) RGB."""
+    picture = cv2.imread(str(path), cv2.IMREAD_COLOR)
+    assert picture is not None, f"cannot read {path}"
+    return np.ascontiguousarray(picture[..., ::-1])
 
 
 def crop(
@@ -117,7 +136,7 @@ def targets(labels: Floats, side: int) -> tuple[Floats, Floats, Floats]:
 
 
 def batches(
-    tiles: list[tuple[npt.NDArray[np.uint8], Floats]], steps: int, size: int, side: int, seed: int
+    store: TileStore, steps: int, size: int, side: int, seed: int
 ) -> Queue[tuple[Floats, Floats, Floats, Floats]]:
     """Return a queue of ``steps`` batches (image, heat, shape, weight) made by one thread."""
     queue: Queue[tuple[Floats, Floats, Floats, Floats]] = Queue(maxsize=6)
@@ -128,8 +147,10 @@ def batches(
         for _ in range(steps):
             rows = []
             for _ in range(size):
-                order = order or rng.permutation(len(tiles)).tolist()
-                image, labels = crop(*tiles[order.pop()], side, rng)
+                if not order:
+                    store.refresh()
+                    order = rng.permutation(len(store.tiles)).tolist()
+                image, labels = crop(*store.tiles[order.pop()], side, rng)
                 rows.append((recolour(image, rng).transpose(2, 0, 1), *targets(labels, side)))
             image, heat, shape, weight = (np.stack(column) for column in zip(*rows, strict=True))
             queue.put((image, heat, shape, weight))

@@ -20,7 +20,10 @@ def render_to(folder: Path, seed: int, index: int) -> int:
         cv2.setNumThreads(1)
         tile = render_tile((seed, index))
         cv2.imwrite(str(picture), tile.image[..., ::-1])
-        np.save(table, tile.labels)
+        partial_table = table.with_suffix(".part")
+        with partial_table.open("wb") as stream:
+            np.save(stream, tile.labels)
+        partial_table.replace(table)
         return len(tile.labels)
     return len(np.load(table))
 

@@ -14,7 +14,7 @@ from model import ANGLE, HEAT, OFFSET, CarNet
 from torch import Tensor
 from torch.nn import functional
 
-from data import batches, load_tiles
+from data import TileStore, batches
 
 
 def heat_loss(logits: Tensor, heat: Tensor, counts: Tensor) -> Tensor:
@@ -51,16 +51,24 @@ def save(network: CarNet, path: Path, **facts: object) -> None:
     partial.replace(path)
 
 
+def load(network: CarNet, path: Path) -> int:
+    """Fill a network with saved weights; return the steps that they have seen."""
+    saved = torch.load(path, weights_only=True)
+    network.load_state_dict(saved["weights"])
+    return int(saved["steps"])
+
+
 def train(options: argparse.Namespace) -> None:
     """Run the training loop."""
     torch.manual_seed(options.seed)
     torch.set_num_threads(options.threads)
     cv2.setNumThreads(1)
-    tiles = [tile for folder in options.tiles for tile in load_tiles(folder)]
+    store = TileStore(options.tiles)
     network = CarNet().to(memory_format=torch.channels_last)
+    done = load(network, options.weights) if options.resume else 0
     averaged = copy.deepcopy(network)
     optimiser = torch.optim.AdamW(network.parameters(), lr=options.rate, weight_decay=1e-3)
-    queue = batches(tiles, options.steps, options.batch, options.side, options.seed)
+    queue = batches(store, options.steps, options.batch, options.side, options.seed + done)
     started, smooth = time.monotonic(), np.zeros(2)
     for step in range(options.steps):
         image, heat, shape, weight = (torch.from_numpy(part) for part in queue.get())
@@ -83,7 +91,13 @@ def train(options: argparse.Namespace) -> None:
                 f"{step + 1} {seconds:.0f} s heat {losses[0]:.3f} shape {losses[1]:.3f}", flush=True
             )
         if (step + 1) % 500 == 0 or step + 1 == options.steps:
-            save(averaged, options.weights, seed=options.seed, steps=step + 1, tiles=len(tiles))
+            save(
+                averaged,
+                options.weights,
+                seed=options.seed,
+                steps=done + step + 1,
+                tiles=len(store.tiles),
+            )
 
 
 def _average(averaged: CarNet, network: CarNet, keep: float) -> None:
@@ -101,11 +115,12 @@ def main() -> None:
     parser.add_argument("tiles", type=Path, nargs="+", help="folders of rendered tiles")
     parser.add_argument("--weights", type=Path, default=Path("car.pt"))
     parser.add_argument("--steps", type=int, default=9000)
+    parser.add_argument("--resume", action="store_true", help="go on from --weights")
     parser.add_argument("--batch", type=int, default=8)
     parser.add_argument("--side", type=int, default=256, help="side of the crops in pixels")
     parser.add_argument("--rate", type=float, default=2.5e-3)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--bfloat16", action="store_true", help="faster where the CPU has AMX")
     train(parser.parse_args())
 

@@ -1,0 +1,190 @@
+"""The shipped detector: a small convolutional network that finds centres, sizes and angles.
+
+The network sees the picture at 0.20 m a pixel and gives eight maps at a quarter of its size: the
+logits that a car, or a truck or bus, has its centre in a cell; the offset from the cell's centre in
+cells; the logarithm of length and width over those of a usual car; and the cosine and sine of twice
+the heading, which are the same for both directions of the axis. It was trained on rendered pictures
+alone; ``training/MODEL_CARD.md`` tells how, and what it gets wrong.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import cached_property
+from importlib import resources
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from covertool.extract.detectors.nms import oriented_nms
+from covertool.extract.detectors.protocol import MIN_HALO_PX, Detections, Mask, Pixels
+
+Maps = npt.NDArray[np.float32]
+
+WEIGHTS, CARD = "cars.onnx", "cars.json"
+STRIDE = 4
+_MULTIPLE = 16
+_MAX_LOG_SIZE = 2.5
+_HEAT, _OFFSET, _SIZE, _ANGLE = slice(0, 2), slice(2, 4), slice(4, 6), slice(6, 8)
+
+
+@dataclass(frozen=True)
+class NetworkDetector:
+    """A detector that runs network weights with OpenCV's ``dnn`` module.
+
+    Parameters
+    ----------
+    weights : an ONNX file as bytes
+    name : what is written of it in logs and provenance
+    gsd_m : ground size of the pixels that the network was trained for
+    threshold, tta_threshold : default score thresholds, without and with test-time augmentation
+    mean, scale : the network sees ``(value - mean) * scale``
+    length_px, width_px : the size that a log size of zero stands for
+    tta : average the maps of the picture, its two mirror images and its transpose (four passes)
+    floor : scores below it are not even looked at
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> grey = np.full((96, 96, 3), 128, dtype=np.uint8)
+    >>> len(NetworkDetector.shipped().detect(grey, np.ones((96, 96), dtype=bool)))
+    0
+    """
+
+    weights: bytes
+    name: str
+    gsd_m: float
+    plain_threshold: float
+    tta_threshold: float
+    mean: float
+    scale: float
+    length_px: float
+    width_px: float
+    tta: bool = False
+    floor: float = 0.1
+
+    @classmethod
+    def shipped(cls, *, tta: bool = False) -> NetworkDetector:
+        """Return the network that comes with the package."""
+        folder = resources.files(__package__)
+        card = json.loads((folder / CARD).read_text(encoding="utf-8"))
+        return cls(
+            weights=(folder / WEIGHTS).read_bytes(),
+            name=card["name"],
+            gsd_m=card["gsd_m"],
+            plain_threshold=card["threshold"],
+            tta_threshold=card["tta_threshold"],
+            mean=card["mean"],
+            scale=card["scale"],
+            length_px=card["length_px"],
+            width_px=card["width_px"],
+            tta=tta,
+        )
+
+    @property
+    def threshold(self) -> float:
+        """Return the default score threshold, chosen on rendered pictures."""
+        return self.tta_threshold if self.tta else self.plain_threshold
+
+    @property
+    def halo_px(self) -> int:
+        """Return the width of the rim whose detections are not to be trusted."""
+        return MIN_HALO_PX
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave the loaded network behind: a worker loads its own."""
+        return {key: value for key, value in self.__dict__.items() if key != "_net"}
+
+    @cached_property
+    def _net(self) -> Any:
+        import cv2
+
+        return cv2.dnn.readNetFromONNX(np.frombuffer(self.weights, np.uint8))
+
+    def detect(self, rgb: Pixels, valid: Mask) -> Detections:
+        """Return the vehicles of a picture at the detector's GSD, best first."""
+        maps = self._averaged_maps(rgb) if self.tta else self._maps(rgb)
+        found = self._decode(maps)
+        height, width = valid.shape
+        inside = (found.x_px < width) & (found.y_px < height)
+        found = found.take(inside)
+        seen = valid[found.y_px.astype(int), found.x_px.astype(int)]
+        return self._without_doubles(found.take(seen))
+
+    def _maps(self, rgb: Pixels) -> Maps:
+        """Return the (8, H/4, W/4) maps of a picture, logits turned into scores."""
+        import cv2
+
+        padded = _padded(rgb)
+        blob = cv2.dnn.blobFromImage(padded, self.scale, mean=(self.mean,) * 3)
+        self._net.setInput(blob)
+        maps: Maps = np.array(self._net.forward()[0], dtype=np.float32)
+        maps[_HEAT] = 1 / (1 + np.exp(-maps[_HEAT]))
+        return maps
+
+    def _averaged_maps(self, rgb: Pixels) -> Maps:
+        """Return the mean of the maps of four views, each turned back to the picture's own."""
+        whole = _padded(rgb)
+        same = self._maps(whole)
+        mirrored = self._maps(np.ascontiguousarray(whole[:, ::-1]))[:, :, ::-1]
+        flipped = self._maps(np.ascontiguousarray(whole[::-1]))[:, ::-1]
+        turned = self._maps(np.ascontiguousarray(whole.transpose(1, 0, 2))).transpose(0, 2, 1)
+        # Mirroring turns the heading h into -h and one offset round; transposing swaps the
+        # offsets and turns h into -90 - h, so the cosine of 2h changes its sign and the sine not.
+        mirrored = mirrored * _signs(offset_x=-1, sine=-1)
+        flipped = flipped * _signs(offset_y=-1, sine=-1)
+        turned = turned[[0, 1, 3, 2, 4, 5, 6, 7]] * _signs(cosine=-1)
+        mean: Maps = np.mean([same, mirrored, flipped, turned], axis=0, dtype=np.float32)
+        return mean
+
+    def _decode(self, maps: Maps) -> Detections:
+        """Return one detection for each cell that is the highest of its 3 x 3 neighbours."""
+        import cv2
+
+        heat = maps[_HEAT]
+        highest = np.stack([cv2.dilate(plane, np.ones((3, 3), np.uint8)) for plane in heat])
+        kind, row, column = np.nonzero((heat >= highest) & (heat >= self.floor))
+        picked = maps[:, row, column].astype(np.float64)
+        size = np.exp(np.clip(picked[_SIZE], -_MAX_LOG_SIZE, _MAX_LOG_SIZE))
+        cosine, sine = picked[_ANGLE]
+        x = np.maximum((column + 0.5 + picked[_OFFSET][0]) * STRIDE, 0.0)
+        y = np.maximum((row + 0.5 + picked[_OFFSET][1]) * STRIDE, 0.0)
+        return Detections.of_cars(
+            x,
+            y,
+            np.degrees(np.arctan2(sine, cosine)) / 2,
+            size[0] * self.length_px,
+            size[1] * self.width_px,
+            heat[kind, row, column],
+            np.array(["car", "truck"], dtype=object)[kind],
+        )
+
+    def _without_doubles(self, found: Detections) -> Detections:
+        """Return the detections, best first, without those inside a better one."""
+        ground = self.gsd_m
+        keep = oriented_nms(
+            found.x_px * ground,
+            found.y_px * ground,
+            found.heading_deg,
+            found.length_px * ground,
+            found.width_px * ground,
+            found.score,
+        )
+        order = np.argsort(-found.score, kind="stable")
+        return found.take(order[keep[order]])
+
+
+def _padded(rgb: Pixels) -> Pixels:
+    """Return the picture with its last pixels repeated up to a multiple of the coarsest cell."""
+    height, width = rgb.shape[:2]
+    return np.pad(rgb, ((0, -height % _MULTIPLE), (0, -width % _MULTIPLE), (0, 0)), mode="edge")
+
+
+def _signs(
+    *, offset_x: int = 1, offset_y: int = 1, cosine: int = 1, sine: int = 1
+) -> npt.NDArray[np.float32]:
+    """Return the factors of the eight maps that undo a mirroring."""
+    factors = np.array([1, 1, offset_x, offset_y, 1, 1, cosine, sine], dtype=np.float32)
+    return factors[:, None, None]
