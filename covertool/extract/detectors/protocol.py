@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any, Protocol, Self
 
@@ -69,16 +70,24 @@ class Detections:
         >>> Detections.of_cars([10.0], [20.0], [190.0], [22.0], [9.0], [0.8]).heading_deg
         array([10.])
         """
-        columns = [
+        x, y, heading, length, width, confidence = (
             np.asarray(values, dtype=np.float64).ravel()
             for values in (x_px, y_px, heading_deg, length_px, width_px, score)
-        ]
-        columns[2] = np.mod(columns[2], 180.0)
-        size = columns[0].size
-        kinds = np.full(size, "car", dtype=object)
+        )
+        kinds = np.full(x.size, "car", dtype=object)
         if kind is not None:
             kinds[:] = np.asarray(kind, dtype=object).ravel()
-        return cls(*columns, kinds)
+        return cls(x, y, np.mod(heading, 180.0), length, width, confidence, kinds)
+
+    @classmethod
+    def concatenate(cls, parts: Sequence[Self]) -> Self:
+        """Return the rows of several detections, in order, as one.
+
+        >>> len(Detections.concatenate([Detections.empty(), Detections.empty()]))
+        0
+        """
+        columns = [part._columns() for part in [cls.empty(), *parts]]
+        return cls(**{name: np.concatenate([c[name] for c in columns]) for name in columns[0]})
 
     @classmethod
     def empty(cls) -> Self:
@@ -129,6 +138,7 @@ class Detector(Protocol):
         Parameters
         ----------
         rgb : (H, W, 3) uint8, already stretched to 0-255; grey pictures have three equal bands
-        valid : (H, W) bool, False where the picture holds no data (there `rgb` is 0)
+        valid : (H, W) bool, False where the picture holds no data (there `rgb` is its mirror image
+            or its mean colour, so that no dark edge is seen)
         """
         ...
