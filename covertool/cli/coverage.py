@@ -21,7 +21,7 @@ from covertool.cli.coverage_output import (
     write_plot,
     write_results,
 )
-from covertool.cli.coverage_radii import choose_radii, curve_radii, shares_of
+from covertool.cli.coverage_radii import choose_radii, shares_of
 from covertool.cli.inputs import Inputs, choose_inputs, read_inputs
 
 Study = Annotated[
@@ -152,9 +152,9 @@ def coverage(
         )  # fmt: skip
     else:
         check_outputs(output, into, raster, plot, bool(curve or penetration))
-        nodes, shares = curve_radii(curve), shares_of(penetration)
+        shares = shares_of(penetration)
         town = _read(inputs, radius, device_class, crs, dst_crs, aoi)
-        found = _compute(town, nodes, shares, by, inputs.transit)
+        found = _compute(town, curve, shares, by, inputs.transit)
         write_results(town, output=output, into=into, overwrite=overwrite, gsd_m=raster)
         if plot is not None:
             write_plot(found, plot, overwrite=overwrite)
@@ -196,19 +196,18 @@ def _read(
 
 
 def _compute(
-    town: Town, nodes: list[float], shares: list[float], by: str | None, transit: str
+    town: Town, curve: str | None, shares: list[float], by: str | None, transit: str
 ) -> Findings:
     """Return all that was asked for, computed in memory."""
-    from covertool.coverage import coverage_levels
+    from covertool.coverage import coverage_curve, coverage_levels
+    from covertool.coverage.curve import parse_radii
     from covertool.coverage.penetration import penetration
     from covertool.coverage.zones import zone_levels
 
     anchors, area, radii = town.anchors, town.transit, town.radii
     found = Findings(coverage_levels(anchors, area, radii), area.crs, area.polygons.bounds)
-    if nodes:
-        from covertool.coverage.curve import coverage_curve
-
-        found = replace(found, curve=coverage_curve(anchors, area, nodes))
+    if curve is not None:
+        found = replace(found, curve=coverage_curve(anchors, area, parse_radii(curve)))
     if shares:
         found = replace(found, penetration=penetration(anchors, area, radii, shares))
     if by is not None:

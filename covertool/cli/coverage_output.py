@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pyproj import CRS
 
     from covertool.cli.inputs import Inputs
-    from covertool.coverage.curve import CurvePoint
+    from covertool.coverage import CoverageCurve
     from covertool.coverage.penetration import PenetrationPoint
     from covertool.coverage.radii import Radius
     from covertool.coverage.zones import ZoneCoverage
@@ -41,7 +41,7 @@ class Findings:
     report: CoverageReport
     crs: CRS
     bounds: Bounds
-    curve: tuple[CurvePoint, ...] = ()
+    curve: CoverageCurve | None = None
     penetration: tuple[PenetrationPoint, ...] = ()
     zones: tuple[ZoneCoverage, ...] = ()
 
@@ -68,8 +68,9 @@ def print_findings(found: Findings) -> None:
     x0, y0, x1, y1 = found.bounds
     scale = crs_door.scale_factor(found.crs, (x0 + x1) / 2, (y0 + y1) / 2)
     print_report(found.report, f"{crs_door.name(found.crs)} (scale factor {scale:.6f})")
-    if found.curve:
-        rows = [(f"{p.radius_m:g}", *_percents(p.fractions)) for p in found.curve]
+    if found.curve is not None:
+        nodes = zip(found.curve.radius_m, found.curve.fractions, strict=True)
+        rows = [(f"{radius_m:g}", *_percents(fractions)) for radius_m, fractions in nodes]
         _print_part("Against the radius, %", "radius (m)", rows)
     if found.penetration:
         rows = [
@@ -121,10 +122,11 @@ def json_content(found: Findings, inputs: Inputs) -> dict[str, Any]:
         "anchors": found.report.anchors,
         "results": [_json_result(result) for result in found.report.results],
     }
-    if found.curve:
+    if found.curve is not None:
+        nodes = zip(found.curve.radius_m, found.curve.fractions, found.curve.slopes, strict=True)
         content["curve"] = [
-            {"radius_m": p.radius_m, "fractions": p.fractions, "slopes": p.slopes}
-            for p in found.curve
+            {"radius_m": radius_m, "fractions": fractions, "slopes": slopes}
+            for radius_m, fractions, slopes in nodes
         ]
     if found.penetration:
         content["penetration"] = [asdict(point) for point in found.penetration]
@@ -190,10 +192,9 @@ def _panels(found: Findings) -> list[Any]:
 
     count = f"{found.report.anchors:,} anchors"
     panels = []
-    if found.curve:
-        radii = np.array([p.radius_m for p in found.curve])
-        fractions = np.array([p.fractions for p in found.curve])
-        panels.append(LevelCurve(count, "radius (m)", radii, fractions))
+    if found.curve is not None:
+        curve = found.curve
+        panels.append(LevelCurve(count, "radius (m)", curve.radius_m, curve.fractions))
     for size in dict.fromkeys(_size(p.radius_m, p.device_class) for p in found.penetration):
         points = sorted(
             (p for p in found.penetration if _size(p.radius_m, p.device_class) == size),

@@ -43,28 +43,6 @@ def choose_radii(
     return [None]
 
 
-def curve_radii(text: str | None) -> list[float]:
-    """Return the radii of ``START:STOP:COUNT``, ends included; none without a text.
-
-    >>> curve_radii("5:20:4")
-    [5.0, 10.0, 15.0, 20.0]
-    """
-    if text is None:
-        return []
-    parts = text.split(":")
-    if len(parts) != 3 or not parts[2].isdigit() or int(parts[2]) < 1:
-        raise typer.BadParameter(
-            f"{text!r} is not START:STOP:COUNT, such as 5:200:40", param_hint="--curve"
-        )
-    start, stop, count = _number(parts[0], "--curve"), _number(parts[1], "--curve"), int(parts[2])
-    if not 0 < start <= stop < float("inf"):
-        raise typer.BadParameter(
-            f"the radii must rise from above 0: {text!r}", param_hint="--curve"
-        )
-    step = (stop - start) / max(count - 1, 1)
-    return [start + i * step for i in range(count)]
-
-
 def shares_of(text: str | None) -> list[float]:
     """Return the shares of a list with commas; none without a text.
 
