@@ -76,6 +76,7 @@ class Ekf:
 
     name = "ekf"
     uses_gps = False
+    gives_covariance = True
 
     def __init__(
         self, sigma_q: float = 2.0, sigma_gamma: float = 0.5, literal: bool = False

@@ -70,11 +70,13 @@ class Estimator(Protocol):
     """A cooperative positioning algorithm: state and measurements to the next state.
 
     ``uses_gps`` says that ``update`` fuses the GPS fix of every step by itself. Else an isolated
-    car's prediction is kept, and its GPS fix is taken from time to time.
+    car's prediction is kept, and its GPS fix is taken from time to time. ``gives_covariance`` says
+    that the covariance is meant as one, so that NEES can judge it.
     """
 
     name: str
     uses_gps: bool
+    gives_covariance: bool
 
     def start(self, gps: Floats, variance_m2: float) -> State:
         """Return the state of cars that appear, before their first update."""
@@ -120,6 +122,6 @@ def load_estimator(name: str) -> Estimator:
         raise OptionError(
             "it is not an estimator",
             f"estimator {name}",
-            "give it name, uses_gps, start, predict and update",
+            "give it name, uses_gps, gives_covariance, start, predict and update",
         )
     return estimator

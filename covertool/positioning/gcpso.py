@@ -212,8 +212,8 @@ def _update(
 class Gcpso:
     """Least squares of the ranges and of the step since the last estimate, sought by a swarm.
 
-    It has no covariance: what it carries in its place is the variance that dead reckoning has
-    added since the last fix.
+    It has no covariance: what it carries in its place is that of GPS at each fix, and what dead
+    reckoning has added since.
 
     Parameters
     ----------
@@ -227,6 +227,7 @@ class Gcpso:
 
     name = "gcpso"
     uses_gps = False
+    gives_covariance = False
 
     def __init__(
         self, swarm: Swarm | None = None, sigma_velocity: float = 0.5, literal: bool = False
@@ -259,5 +260,5 @@ class Gcpso:
             self.swarm,
             position,
         )
-        covariance[heard.count > 0] = 0.0
+        covariance[heard.count > 0] = heard.gps_variance_m2 * np.array([1.0, 0.0, 1.0])
         return State(position, covariance)

@@ -16,6 +16,7 @@ class GpsOnly:
 
     name = "gps"
     uses_gps = True
+    gives_covariance = True
 
     def start(self, gps: Floats, variance_m2: float) -> State:
         """Return the fix."""
@@ -41,6 +42,7 @@ class GpsOdometry:
 
     name = "gps_odometry"
     uses_gps = True
+    gives_covariance = True
 
     def __init__(self, sigma_velocity: float = 0.5) -> None:
         self.sigma_velocity = sigma_velocity

@@ -61,6 +61,19 @@ class Sums:
             )
         return cls(**joined)
 
+    def only(self, car: int) -> Sums:
+        """Return the sums of one car."""
+        some = slice(car, car + 1)
+        return Sums(
+            self.count[:, some],
+            self.error_m[:, some],
+            self.squared_m2[:, some],
+            self.diverged[:, some],
+            self.bins[some],
+            self.nees[some],
+            self.nees_count[some],
+        )
+
     def add(
         self, car: Indices, truth: Floats, position: Floats, covariance: Floats, limit_m: float
     ) -> None:
@@ -136,22 +149,17 @@ class ErrorStatistics:
     nees: float | None
 
 
-def statistics_of(scenarios: Sequence[Sums], car: int | None = None) -> ErrorStatistics:
-    """Return the statistics of one car, or of all, pooled over scenarios.
-
-    A car counts in a scenario when its number is there; the caller asks for one car only where
-    the number means the same car.
-    """
-    some = slice(None) if car is None else slice(car, car + 1)
-    samples = sum(int(s.count[:, some].sum()) for s in scenarios)
-    diverged = sum(int(s.diverged[:, some].sum()) for s in scenarios)
+def statistics_of(scenarios: Sequence[Sums]) -> ErrorStatistics:
+    """Return the statistics of all errors in the sums of several scenarios, pooled."""
+    samples = sum(int(s.count.sum()) for s in scenarios)
+    diverged = sum(int(s.diverged.sum()) for s in scenarios)
     if samples == 0 or diverged:
         return ErrorStatistics(samples, diverged, None, None, None, None, None, None)
-    mean = sum(float(s.error_m[:, some].sum()) for s in scenarios) / samples
-    square = sum(float(s.squared_m2[:, some].sum()) for s in scenarios) / samples
-    bins = np.sum([s.bins[some].sum(axis=0) for s in scenarios], axis=0)
-    nees_count = sum(int(s.nees_count[some].sum()) for s in scenarios)
-    nees = sum(float(s.nees[some].sum()) for s in scenarios)
+    mean = sum(float(s.error_m.sum()) for s in scenarios) / samples
+    square = sum(float(s.squared_m2.sum()) for s in scenarios) / samples
+    bins = np.sum([s.bins.sum(axis=0) for s in scenarios], axis=0)
+    nees_count = sum(int(s.nees_count.sum()) for s in scenarios)
+    nees = sum(float(s.nees.sum()) for s in scenarios)
     return ErrorStatistics(
         samples,
         0,
@@ -182,10 +190,7 @@ def quantile_m(bins: Indices, share: float) -> float:
 
 
 def improvement(
-    traditional: Sequence[Sequence[Sums]],
-    proposed: Sequence[Sequence[Sums]],
-    car: int | None = None,
-    seed: int = 0,
+    traditional: Sequence[Sequence[Sums]], proposed: Sequence[Sequence[Sums]], seed: int = 0
 ) -> tuple[float, tuple[float, float]] | None:
     """Return what parked cars take off the mean error in percent, and its 95 % interval.
 
@@ -196,23 +201,17 @@ def improvement(
     Parameters
     ----------
     traditional, proposed : sums by layout and, within it, by traffic seed
-    car : one car's number, or None for all
     seed : of the bootstrap
 
     Returns
     -------
     None when a car diverged or nothing was seen.
     """
-    some = slice(None) if car is None else slice(car, car + 1)
     arms = (traditional, proposed)
-    flat = [sums for arm in arms for layout in arm for sums in layout]
-    if any(sums.diverged[:, some].any() for sums in flat):
+    if any(sums.diverged.any() for arm in arms for layout in arm for sums in layout):
         return None
     tables = [
-        [
-            (s.error_m[:, some].sum(axis=1), p.error_m[:, some].sum(axis=1))
-            for s, p in zip(*layout, strict=True)
-        ]
+        [(s.error_m.sum(axis=1), p.error_m.sum(axis=1)) for s, p in zip(*layout, strict=True)]
         for layout in zip(*arms, strict=True)
     ]
     total = np.sum([[a.sum(), b.sum()] for layout in tables for a, b in layout], axis=0)

@@ -1,0 +1,242 @@
+"""The experiment: what parked cars take off the position errors of moving ones."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from covertool.dsrc import MEAN_STAY_H, battery_hours
+from covertool.errors import OptionError
+from covertool.model import PositioningImprovement, PositioningReport, PositioningResult
+from covertool.positioning.bound import JointBound
+from covertool.positioning.cases import (
+    ARMS,
+    ESTIMATORS,
+    RANGING_ARMS,
+    Case,
+    Piece,
+    Scenario,
+    Work,
+    preset_of,
+)
+from covertool.positioning.estimators import load_estimator
+from covertool.positioning.noise import check_address
+from covertool.positioning.options import PositioningOptions
+from covertool.positioning.statistics import Sums, improvement, statistics_of
+from covertool.spread import Ledger, spread
+
+ALL = "all"
+
+
+def position_errors(
+    scenarios: Sequence[Scenario],
+    *,
+    arms: Sequence[str] = ARMS,
+    estimators: Sequence[str] = ("gcpso", "ekf"),
+    sigmas_m: Sequence[float] = (0.2, 4.0),
+    radii_m: Sequence[float] = (15.0,),
+    runs: int = 40,
+    seed: int = 1,
+    options: PositioningOptions | None = None,
+    vehicles: Sequence[str] = (),
+    bound: bool = True,
+    workers: int = 1,
+    scheduler: str | None = None,
+    ledger: Ledger | None = None,
+    on_done: Callable[[int], object] | None = None,
+) -> PositioningReport:
+    """Return the position errors of every arm, estimator, range noise and zone.
+
+    Parameters
+    ----------
+    scenarios : traces with parked cars; layouts and traffic seeds are separate scenarios
+    arms : some of ``ARMS``
+    estimators : some of ``ESTIMATORS``, or ``module:Name`` of your own
+    sigmas_m, radii_m : standard deviations of the ranges, and communication zones, in metres
+    runs : noise runs of each scenario
+    seed : of the noise, 0 to 4294967295
+    options : how the paper is read; the defaults when None
+    vehicles : ids of the cars that are also reported one by one
+    bound : compute the posterior Cramér-Rao bound
+    workers, scheduler, ledger, on_done : see :func:`covertool.spread.spread`; they do not change
+        a bit of the result
+
+    Raises
+    ------
+    OptionError
+        When an option is out of range or names nothing.
+    GeometryError
+        When a trace is empty or broken.
+    """
+    _check(scenarios, arms, estimators, (*sigmas_m, *radii_m))
+    check_address(seed, runs)
+    options = options or PositioningOptions()
+    work = Work(scenarios, options, seed)
+    _check_vehicles(vehicles, work)
+    cases = _cases(arms, estimators, sigmas_m, radii_m)
+    pieces = [
+        piece
+        for case in cases
+        for number in range(len(scenarios))
+        for piece in work.blocks(number, case, runs)
+    ]
+    if bound:
+        bounds = dict.fromkeys(_bound_case(case) for case in cases)
+        pieces += [Piece(n, case, 0, 0) for case in bounds for n in range(len(scenarios))]
+    found = spread(
+        work, pieces, workers=workers, scheduler=scheduler, ledger=ledger, on_done=on_done
+    )
+    return _Table(scenarios, work, dict(zip(pieces, found, strict=True)), runs).report(
+        cases, vehicles
+    )
+
+
+def _check(
+    scenarios: Sequence[Scenario],
+    arms: Sequence[str],
+    estimators: Sequence[str],
+    lengths_m: Sequence[float],
+) -> None:
+    if not scenarios:
+        raise OptionError("there is no scenario", "scenarios", "give at least one trace")
+    for arm in arms:
+        if arm not in ARMS:
+            raise OptionError(f"there is no arm {arm!r}", "arms", f"use {', '.join(ARMS)}")
+    for name in estimators:
+        if name not in ESTIMATORS:
+            if ":" not in name:
+                known = ", ".join(ESTIMATORS)
+                raise OptionError(
+                    f"there is no estimator {name!r}", "estimators", f"use {known} or module:Name"
+                )
+            load_estimator(name)
+    if not all(math.isfinite(length) and length >= 0 for length in lengths_m):
+        raise OptionError(
+            "a range noise or a zone is negative or not a number",
+            f"{', '.join(str(length) for length in lengths_m)}",
+            "use metres from 0",
+        )
+
+
+def _check_vehicles(vehicles: Sequence[str], work: Work) -> None:
+    known = {name for steps in work.steps for name in steps.vehicle}
+    for name in vehicles:
+        if name not in known:
+            raise OptionError(
+                f"there is no car {name!r} in the trace", "vehicles", "name a car of the trace"
+            )
+
+
+def _cases(
+    arms: Sequence[str],
+    estimators: Sequence[str],
+    sigmas_m: Sequence[float],
+    radii_m: Sequence[float],
+) -> list[Case]:
+    ranging = [
+        Case(arm, estimator, float(sigma_m), float(radius_m))
+        for radius_m in radii_m
+        for estimator in estimators
+        for sigma_m in sigmas_m
+        for arm in arms
+        if arm in RANGING_ARMS
+    ]
+    return ranging + [Case(arm, None, None, None) for arm in arms if arm not in RANGING_ARMS]
+
+
+def _bound_case(case: Case) -> Case:
+    """Return the case whose bound serves: estimators that measure the same have the same bound."""
+    same = case.estimator if case.estimator == "second_order" else None
+    return case._replace(estimator=same)
+
+
+class _Table:
+    """Turns the results of the pieces into the rows of the report."""
+
+    def __init__(
+        self,
+        scenarios: Sequence[Scenario],
+        work: Work,
+        found: dict[Piece, Sums | JointBound | None],
+        runs: int,
+    ) -> None:
+        self._scenarios, self._work, self._found, self._runs = scenarios, work, found, runs
+
+    def report(self, cases: Sequence[Case], vehicles: Sequence[str]) -> PositioningReport:
+        first, work = self._scenarios[0], self._work
+        named = (ALL, *vehicles)
+        results = tuple(self._result(case, name) for case in cases for name in named)
+        pairs = [c for c in cases if c.arm == "proposed" and c._replace(arm="traditional") in cases]
+        improvements = tuple(self._improvement(case, name) for case in pairs for name in named)
+        return PositioningReport(
+            vehicles=len(work.steps[0].vehicle),
+            anchors=len(first.anchors),
+            steps=len(work.steps[0].start) - 1,
+            scenarios=len(self._scenarios),
+            runs=self._runs,
+            seed=work.seed,
+            results=results,
+            improvements=improvements,
+            options=dataclasses.asdict(work.options),
+            battery_hours=battery_hours(),
+            mean_stay_h=MEAN_STAY_H,
+        )
+
+    def _sums(self, case: Case, scenario: int, vehicle: str) -> Sums | None:
+        """Return the sums of one scenario, of all cars or one; None when it is not there."""
+        blocks = [self._found[p] for p in self._work.blocks(scenario, case, self._runs)]
+        sums = Sums.of_blocks([block for block in blocks if isinstance(block, Sums)])
+        if vehicle == ALL:
+            return sums
+        names = self._work.steps[scenario].vehicle
+        return sums.only(names.index(vehicle)) if vehicle in names else None
+
+    def _result(self, case: Case, vehicle: str) -> PositioningResult:
+        each = [self._sums(case, n, vehicle) for n in range(len(self._scenarios))]
+        statistics = statistics_of([sums for sums in each if sums is not None])
+        return PositioningResult(
+            case.arm,
+            case.estimator,
+            preset_of(case.estimator),
+            case.sigma_range_m,
+            case.radius_m,
+            vehicle,
+            bound_rmse_m=self._bound(case, vehicle),
+            **dataclasses.asdict(statistics),
+        )
+
+    def _bound(self, case: Case, vehicle: str) -> float | None:
+        squared_m2, count = 0.0, 0
+        for n, steps in enumerate(self._work.steps):
+            bound = self._found.get(Piece(n, _bound_case(case), 0, 0))
+            if not isinstance(bound, JointBound):
+                return None
+            if vehicle == ALL or vehicle in steps.vehicle:
+                some = slice(None) if vehicle == ALL else steps.vehicle.index(vehicle)
+                squared_m2 += float(np.sum(bound.squared_m2[some]))
+                count += int(np.sum(bound.count[some]))
+        return math.sqrt(squared_m2 / count) if count else None
+
+    def _improvement(self, case: Case, vehicle: str) -> PositioningImprovement:
+        arms = []
+        for arm in RANGING_ARMS:
+            layouts: dict[int, list[Sums]] = {}
+            for n, scenario in enumerate(self._scenarios):
+                sums = self._sums(case._replace(arm=arm), n, vehicle)
+                if sums is not None:
+                    layouts.setdefault(scenario.layout, []).append(sums)
+            arms.append(list(layouts.values()))
+        found = improvement(arms[0], arms[1], self._work.seed)
+        percent, ci95 = found if found is not None else (None, None)
+        return PositioningImprovement(
+            str(case.estimator),
+            str(preset_of(case.estimator)),
+            float(case.sigma_range_m or 0.0),
+            float(case.radius_m or 0.0),
+            vehicle,
+            percent,
+            ci95,
+        )
