@@ -15,7 +15,7 @@ from renderer.furniture import (
 )
 from renderer.scene import Scene
 from renderer.streets import park_row
-from renderer.vegetation import draw_bush, draw_hedge
+from renderer.vegetation import draw_bush, draw_hedge, draw_shrubs
 
 Region = tuple[Pose, float, float]
 """A rectangle: the pose of its centre, its length ahead and its width to the right in metres."""
@@ -74,6 +74,11 @@ def park_land(scene: Scene, region: Region) -> None:
         start, end = _spot(scene, region), _spot(scene, region)
         tone = rng.uniform(0.45, 0.85)
         scene.canvas.line(np.array([start, end]), rng.uniform(0.8, 3), (tone, tone, tone * 0.95))
+    if rng.random() < 0.4:
+        pose, length, width = region
+        where = pose.moved(rng.uniform(-0.3, 0.3) * length, rng.uniform(-0.3, 0.3) * width)
+        bed = where.place(box(-9, 9, -rng.uniform(1, 6), rng.uniform(1, 6)))
+        draw_shrubs(scene.canvas, bed, int(rng.integers(20, 120)), scene.sun, rng)
     _scatter(scene, region, int(rng.integers(0, 10)))
     if rng.random() < 0.25:
         x, y = _spot(scene, region)

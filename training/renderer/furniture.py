@@ -109,6 +109,27 @@ def draw_stairs(canvas: Canvas, pose: Pose, rng: Rng) -> None:
         )
 
 
+def draw_island(canvas: Canvas, pose: Pose, sun: Sun, rng: Rng) -> None:
+    """Draw a traffic island: a kerb, paving or green, and signs, lamps, bushes or people on it."""
+    length, width = rng.uniform(2.5, 14), rng.uniform(1.0, 3.0)
+    outline = rounded(length, width, width / 2, width / 2, 2.0)
+    canvas.polygon(pose.place(outline), grey(rng, 0.55, 0.95))
+    inside = hsv(rng.choice([0.02, 0.1, 0.24]), rng.uniform(0, 0.5), rng.uniform(0.25, 0.8))
+    canvas.polygon(pose.place(outline * [1 - 0.4 / length, 1 - 0.4 / width]), inside)
+    for _ in range(int(rng.integers(0, 6))):
+        u, v = rng.uniform(-0.4, 0.4) * length, rng.uniform(-0.3, 0.3) * width
+        x, y = (float(value) for value in pose.place([[u, v]])[0])
+        kind = rng.random()
+        if kind < 0.35:
+            draw_person(canvas, x, y, sun, rng)
+        elif kind < 0.6:
+            draw_pole(canvas, x, y, sun, rng)
+        elif kind < 0.8:
+            draw_bush(canvas, x, y, rng.uniform(0.2, 0.9), sun, rng)
+        else:
+            draw_box(canvas, pose.moved(u, v), 0.5, 0.5, 1.0, grey(rng, 0.3, 1.0, 0.1), sun)
+
+
 def draw_pole(canvas: Canvas, x_m: float, y_m: float, sun: Sun, rng: Rng) -> None:
     """Draw a street lamp: pole, arm, head and their long shadow."""
     height, reach = rng.uniform(5, 10), rng.uniform(0, 3)
@@ -160,6 +181,9 @@ def draw_clutter(canvas: Canvas, pose: Pose, sun: Sun, rng: Rng) -> None:
         draw_shelter(canvas, pose, sun, rng)
     elif kind == 5:
         draw_stairs(canvas, pose, rng)
+        for _ in range(int(rng.integers(0, 6))):
+            x, y = pose.place([rng.uniform(-4, 4, 2)])[0]
+            draw_person(canvas, float(x), float(y), sun, rng)
     elif kind == 6:
         draw_trailer(canvas, pose, sun, rng)
     elif kind == 7:

@@ -98,3 +98,16 @@ def rails(canvas: Canvas, pose: Pose, u0: float, u1: float, v: float, rng: Rng) 
         canvas.polygon(bed, rng.uniform(0.25, 0.6) + np.array([0.06, 0.02, 0.0]), 0.8)
     for side in (-0.72, 0.72):
         canvas.line(pose.place([[u0, v + side], [u1, v + side]]), 0.14, np.full(3, tone), 0.8)
+
+
+def teeth(
+    canvas: Canvas, pose: Pose, half_m: float, rng: Rng, ink: Colour, *, size_m: float = 0.6
+) -> None:
+    """Paint a row of triangles or squares over the street: give way, or a cycle crossing."""
+    squares = rng.random() < 0.5
+    for v in np.arange(-half_m, half_m, 2 * size_m):
+        shape = np.array(
+            [[-size_m / 2, v], [size_m / 2, v + size_m / 2], [-size_m / 2, v + size_m]]
+        )
+        corners = box(-size_m / 2, size_m / 2, v, v + size_m) if squares else shape
+        canvas.polygon(pose.place(corners), ink, 0.9)

@@ -87,10 +87,18 @@ def paving(rng: Rng, side: int) -> Image:
 
 
 def green(rng: Rng, side: int) -> Image:
-    """Return grass, meadow or dry ground."""
+    """Return grass, meadow or dry ground; half of it rough: bald patches, tufts, low plants."""
     base = hsv(rng.normal(0.23, 0.05), rng.uniform(0.15, 0.6), rng.uniform(0.2, 0.65))
     grains = {3: rng.uniform(0.01, 0.04), 12: 0.02, 90: rng.uniform(0.01, 0.05)}
-    return textured(rng, side, base, grains)
+    texture = textured(rng, side, base, grains)
+    if rng.random() < 0.5:
+        other = hsv(rng.normal(0.08, 0.05), rng.uniform(0.15, 0.5), rng.uniform(0.2, 0.7))
+        bald = np.clip(noise(rng, side, rng.uniform(15, 120), 3) - rng.uniform(-0.5, 1), 0, 1)
+        texture += bald[..., None] * (other - texture)
+    if rng.random() < 0.4:
+        tufts = np.clip(noise(rng, side, rng.uniform(6, 18), 2), -1.5, 1.5)[..., None]
+        texture = texture * (1 + rng.uniform(0.1, 0.35) * tufts)
+    return texture
 
 
 def soil(rng: Rng, side: int) -> Image:

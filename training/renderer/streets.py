@@ -9,9 +9,9 @@ import numpy as np
 
 from renderer import markings
 from renderer.canvas import Pose, box
-from renderer.furniture import draw_person, draw_planter, draw_pole, draw_stain
+from renderer.furniture import draw_island, draw_person, draw_planter, draw_pole, draw_stain
 from renderer.scene import Scene
-from renderer.vegetation import draw_bush
+from renderer.vegetation import draw_bush, draw_shrubs
 
 Span = tuple[float, float]
 
@@ -242,6 +242,10 @@ def furnish(scene: Scene, street: Street, spans: list[Span]) -> None:
                         draw_bush(canvas, x, y, rng.uniform(0.3, 1.2), scene.sun, rng)
                     elif rng.random() < 0.85:
                         scene.add_tree(x, y, radius * rng.uniform(0.6, 1.3))
+        if strip.kind in ("verge", "median") and rng.random() < 0.35:
+            for u0, u1 in spans:
+                bed = street.pose.place(box(u0, u1, strip.left_m, strip.right_m))
+                draw_shrubs(canvas, bed, int(rng.integers(5, 60)), scene.sun, rng)
         if strip.kind != "pavement":
             continue
         for u0, u1 in spans:
@@ -334,6 +338,12 @@ def _mark_mouths(scene: Scene, street: Street, spans: list[Span]) -> None:
         if crossing < 0.6:
             here = street.pose.moved(u - inward * 1.0, (low + high) / 2)
             markings.zebra(canvas, here, (high - low) / 2, rng, ink)
+        if rng.random() < 0.3:
+            here = street.pose.moved(u - inward * rng.uniform(2.6, 4.5), (low + high) / 2)
+            markings.teeth(canvas, here, (high - low) / 2, rng, ink)
+        if rng.random() < 0.45:
+            where = rng.choice([low, high, (low + high) / 2]) + rng.normal(0, 0.5)
+            draw_island(canvas, street.pose.moved(u - inward * 2.0, where), scene.sun, rng)
         if stop < 0.7:
             for lane in (s for s in street.strips if s.kind == "lane"):
                 if _against(street, lane) == (inward < 0):

@@ -64,7 +64,8 @@ def draw_bush(canvas: Canvas, x_m: float, y_m: float, radius_m: float, sun: Sun,
     """Draw a bush on the ground with its short shadow."""
     outline = _blob(rng, x_m, y_m, radius_m, 0.15)
     canvas.polygon(sweep(outline, sun.offset * radius_m), (0.02, 0.03, 0.03), 0.7 * sun.strength)
-    base = hsv(rng.normal(0.24, 0.05), rng.uniform(0.2, 0.6), rng.uniform(0.15, 0.5))
+    hue = rng.normal(0.24, 0.05) if rng.random() < 0.75 else rng.uniform(-0.06, 0.12)
+    base = hsv(hue, rng.uniform(0.1, 0.6), rng.uniform(0.12, 0.5))
     canvas.polygon(outline, base * 0.75)
     for _ in range(int(4 + 8 * radius_m)):
         dx, dy = rng.normal(0, 0.4 * radius_m, 2)
@@ -79,3 +80,12 @@ def draw_hedge(canvas: Canvas, line_m: Points, width_m: float, sun: Sun, rng: Rn
     for share in np.linspace(0, 1, max(2, int(reach / (0.6 * width_m)))):
         x, y = start + share * (end - start)
         draw_bush(canvas, float(x), float(y), width_m * rng.uniform(0.45, 0.6), sun, rng)
+
+
+def draw_shrubs(canvas: Canvas, area_m: Points, count: int, sun: Sun, rng: Rng) -> None:
+    """Draw a bed of low shrubs scattered along the diagonal of a quadrilateral's middle line."""
+    start, end = area_m[[0, 3]].mean(axis=0), area_m[[1, 2]].mean(axis=0)
+    side = (area_m[3] - area_m[0]) / 2
+    for _ in range(count):
+        x, y = start + rng.random() * (end - start) + rng.uniform(-0.9, 0.9) * side
+        draw_bush(canvas, float(x), float(y), rng.uniform(0.25, 1.1), sun, rng)
