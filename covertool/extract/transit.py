@@ -1,0 +1,200 @@
+"""The transit area from a mask or from OpenStreetMap roads."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+import shapely
+
+from covertool.errors import ComputationError, GeometryError
+from covertool.extract.carriageways import RoadChoice, carriageway_width_m, is_transit
+from covertool.extract.masks import mask_outlines
+from covertool.model import Floats, Objects, RasterSource, TransitArea
+
+if TYPE_CHECKING:
+    import geopandas as gpd
+
+_LOG = logging.getLogger(__name__)
+
+AREA_TOLERANCE = 0.005
+"""The cleaned area is within this share of the mask's pixel area."""
+
+_SPECK_M2 = 6.0
+"""Smaller than a parked car: no carriageway, and no island in one."""
+
+_SPECK_BUDGET = 0.8 * AREA_TOLERANCE
+_SMOOTHING_PX = (1.0, 0.5, 0.25)
+
+
+def transit_from_mask(raster: RasterSource, *, like: RasterSource | None = None) -> TransitArea:
+    """Return the transit area that a mask shows, with clean outlines.
+
+    Stair steps are drawn as lines through the middles of the pixels' sides and simplified; specks
+    and pinholes go. Where that would change the area by more than 0.5 %, less is done.
+
+    Parameters
+    ----------
+    raster : RasterSource
+        The mask.
+    like : RasterSource, optional
+        The image, when the mask has no georeference of its own and shares the image's pixels.
+
+    Raises
+    ------
+    GeometryError
+        When no pixel is transit, the raster is no mask, or it has another shape than ``like``.
+    """
+    if like is not None and (raster.width, raster.height) != (like.width, like.height):
+        raise GeometryError(
+            f"the mask has no georeference and {raster.width} x {raster.height} pixels, the image "
+            f"{like.width} x {like.height}",
+            f"{raster.name}, {like.name}",
+            "give a mask with a georeference, or one with the image's pixels",
+        )
+    place = (raster if like is None else like).to_metres
+    crs = (raster if like is None else like).crs
+    outlines = mask_outlines(raster)
+    exact = _on_map(outlines, place)
+    target = float(shapely.area(exact).sum())
+    kept = _without_specks(outlines, exact, target)
+    for tolerance_px in _SMOOTHING_PX:
+        smooth = _united(_on_map(_smoothed(kept, tolerance_px), place))
+        if abs(smooth.area - target) <= AREA_TOLERANCE * target:
+            return TransitArea(smooth, crs)
+    plain = _united(_on_map(kept, place))
+    if abs(plain.area - target) > AREA_TOLERANCE * target:
+        raise ComputationError(
+            f"the outlines hold {plain.area:.1f} m2, the mask {target:.1f} m2",
+            raster.name,
+            "report this mask as a fault of covertool",
+        )
+    return TransitArea(plain, crs)
+
+
+def transit_from_roads(roads: gpd.GeoDataFrame, choice: RoadChoice | None = None) -> TransitArea:
+    """Return the carriageways of OpenStreetMap roads: lines buffered by half their width.
+
+    Ends that meet another road are rounded so that no gap stays; dead ends are cut flat.
+
+    Parameters
+    ----------
+    roads : GeoDataFrame
+        Lines in a projected CRS in metres, with a column ``tags`` of dicts.
+    choice : RoadChoice, optional
+        Which roads count, and their default widths.
+
+    Raises
+    ------
+    GeometryError
+        When no road is a carriageway.
+    """
+    chosen = choice or RoadChoice()
+    tags = list(roads["tags"])
+    rows = np.array([is_transit(tag, chosen) for tag in tags], dtype=bool)
+    if not rows.any():
+        raise GeometryError(
+            "no road of the extract is a carriageway",
+            "highway tags",
+            "use a larger extract, or include tunnels or private roads",
+        )
+    lines: Objects = np.asarray(roads.geometry.array, dtype=object)[rows]
+    widths = np.array(
+        [carriageway_width_m(t, chosen) for t, on in zip(tags, rows, strict=True) if on]
+    )
+    bodies = shapely.buffer(lines, widths / 2, cap_style="flat", join_style="round", quad_segs=8)
+    joints = _joints(lines, widths / 2)
+    _LOG.info("%d of %d roads are carriageways", len(lines), len(tags))
+    return TransitArea(_united(np.concatenate([bodies, joints])), roads.crs)
+
+
+def _joints(lines: Objects, half_m: Floats) -> Objects:
+    """Return discs that fill the wedge between roads which meet end to end.
+
+    A disc has the second largest half width of the ends that meet, so that it closes the gap and
+    does not swell the narrower road.
+    """
+    parts, owner = shapely.get_parts(lines, return_index=True)
+    ends = np.concatenate([shapely.get_point(parts, 0), shapely.get_point(parts, -1)])
+    half = np.tile(half_m[owner], 2)
+    xy = shapely.get_coordinates(ends)
+    _, node = np.unique(np.round(xy, 2), axis=0, return_inverse=True)
+    node = node.ravel()
+    order = np.lexsort((-half, node))
+    node, half, xy = node[order], half[order], xy[order]
+    second = np.zeros(node.size, dtype=bool)
+    second[1:] = node[1:] == node[:-1]
+    second[2:] &= node[2:] != node[:-2]
+    discs: Objects = shapely.buffer(shapely.points(xy[second]), half[second], quad_segs=8)
+    return discs
+
+
+def _on_map(outlines: Objects, place: Callable[[Floats, Floats], tuple[Floats, Floats]]) -> Objects:
+    moved: Objects = shapely.transform(
+        outlines, lambda px: np.column_stack(place(px[:, 0], px[:, 1]))
+    )
+    return moved
+
+
+def _without_specks(outlines: Objects, exact: Objects, total_m2: float) -> Objects:
+    """Return the outlines without specks and pinholes, the smallest first, within the budget."""
+    rings = sorted(
+        (float(shapely.Polygon(ring).area), i, j)
+        for i, polygon in enumerate(exact)
+        for j, ring in enumerate([polygon.exterior, *polygon.interiors])
+    )
+    dropped: set[tuple[int, int]] = set()
+    change = 0.0
+    for area, i, j in rings:
+        after = change + (area if j > 0 else -area)
+        if area >= _SPECK_M2:
+            break
+        if abs(after) <= _SPECK_BUDGET * total_m2:
+            change = after
+            dropped.add((i, j))
+    kept = [
+        shapely.Polygon(
+            p.exterior, [r for j, r in enumerate(p.interiors, 1) if (i, j) not in dropped]
+        )
+        for i, p in enumerate(outlines)
+        if (i, 0) not in dropped
+    ]
+    if dropped:
+        _LOG.info("%d specks and pinholes removed from the mask", len(dropped))
+    return np.array(kept, dtype=object)
+
+
+def _smoothed(outlines: Objects, tolerance_px: float) -> Objects:
+    """Return outlines through the middles of the pixels' sides, without superfluous vertices."""
+    drawn = [
+        shapely.Polygon(_through_middles(p.exterior), [_through_middles(r) for r in p.interiors])
+        for p in outlines
+    ]
+    simple: Objects = shapely.simplify(
+        np.array(drawn, dtype=object), tolerance_px, preserve_topology=True
+    )
+    return simple
+
+
+def _through_middles(ring: shapely.LinearRing) -> Floats:
+    """Return a rectilinear ring's steps as slopes; long straight sides and corners stay.
+
+    Each side gives its middle when it is a short step, and points half a pixel from its ends when
+    it is long, so that a kerb along the image's axis keeps its place.
+    """
+    corners = shapely.get_coordinates(ring)
+    start, stop = corners[:-1], corners[1:]
+    length = np.abs(stop - start).sum(axis=1)
+    share = np.minimum(0.5 / length, 0.5)[:, None]
+    first, last = start + share * (stop - start), stop - share * (stop - start)
+    return np.stack([first, last], axis=1).reshape(-1, 2)
+
+
+def _united(polygons: Objects) -> shapely.MultiPolygon:
+    whole = shapely.union_all(shapely.make_valid(polygons))
+    parts = [
+        part for part in shapely.get_parts(whole) if part.geom_type == "Polygon" and part.area > 0
+    ]
+    return shapely.MultiPolygon(parts)
