@@ -12,6 +12,8 @@ import numpy.typing as npt
 from covertool.errors import ColumnError, OptionError
 
 Instants = npt.NDArray[np.datetime64]
+_EARLIEST, _LATEST = 1900, 2200
+
 Fold = Literal["earlier", "later"] | None
 """Which of two instants a wall time in the autumn's repeated hour means; None refuses it."""
 
@@ -51,6 +53,12 @@ def instant(moment: datetime, tz: ZoneInfo | None, fold: Fold, where: str) -> da
     >>> instant(datetime(2014, 6, 16, 13), zone("Europe/Dublin"), None, "x").isoformat()
     '2014-06-16T12:00:00+00:00'
     """
+    if not _EARLIEST <= moment.year <= _LATEST:
+        raise ColumnError(
+            f"the year of {moment.isoformat()} cannot be right",
+            where,
+            f"write times between {_EARLIEST} and {_LATEST}",
+        )
     if moment.tzinfo is not None:
         return moment.astimezone(UTC)
     if tz is None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from datetime import UTC, datetime
+from datetime import datetime
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -79,13 +79,13 @@ def instants(column: pd.Series, options: FeedOptions, *, gaps: bool = False) -> 
         )
 
     def moment(value: object) -> np.datetime64:
-        if isinstance(value, str):
-            return to_numpy(parse_instant(value, options.tz, options.fold, where))
+        if isinstance(value, pd.Timestamp):
+            value = value.floor("us").to_pydatetime()
         if isinstance(value, datetime):
             return to_numpy(instant(value, options.tz, options.fold, where))
-        if isinstance(value, int | float):
+        if not isinstance(value, str):
             raise ColumnError(f"{value!r} is not a time", where, "write ISO 8601 text")
-        return to_numpy(datetime.fromisoformat(str(value)).astimezone(UTC))
+        return to_numpy(parse_instant(value, options.tz, options.fold, where))
 
     known = np.array([*(moment(value) for value in distinct), np.datetime64("NaT", "us")])
     return known.astype("datetime64[us]")[codes]

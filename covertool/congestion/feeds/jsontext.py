@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from typing import Any, BinaryIO
 
 import shapely
@@ -64,7 +65,8 @@ def line_of(points: Any, x: str, y: str) -> shapely.LineString | None:
         pairs = [(float(point[x]), float(point[y])) for point in points or []]
     except (TypeError, KeyError, ValueError):
         return None
-    return shapely.LineString(pairs) if len(pairs) >= 2 else None
+    whole = len(pairs) >= 2 and all(math.isfinite(value) for pair in pairs for value in pair)
+    return shapely.LineString(pairs) if whole else None
 
 
 def number(value: Any) -> float:

@@ -13,7 +13,7 @@ from pyproj import CRS
 
 from covertool import crs
 from covertool.congestion.feeds.protocol import FeedOptions, Site
-from covertool.congestion.feeds.xmlstream import Element, elements, find
+from covertool.congestion.feeds.xmlstream import Element, elements
 from covertool.errors import ColumnError
 
 _LAMBERT_93 = CRS.from_epsg(2154)
@@ -117,10 +117,11 @@ def _add(sites: dict[str, Site], element: Element, group: str | None) -> None:
 
 def line_in(element: Element) -> shapely.LineString | None:
     """Return the line through the coordinates below an element; None for fewer than two."""
-    if find(element, "latitude") is None:
+    try:
+        lat = [float(e.text) for e in element.iterdescendants("{*}latitude")]
+        lon = [float(e.text) for e in element.iterdescendants("{*}longitude")]
+    except (TypeError, ValueError):
         return None
-    lat = [float(e.text) for e in element.iterfind(".//{*}latitude")]
-    lon = [float(e.text) for e in element.iterfind(".//{*}longitude")]
-    if len(lat) != len(lon) or len(lat) < 2:
+    if len(lat) != len(lon) or len(lat) < 2 or not np.isfinite([lat, lon]).all():
         return None
     return shapely.LineString(np.column_stack([lon, lat]))

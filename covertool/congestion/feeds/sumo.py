@@ -13,6 +13,8 @@ from covertool.congestion.feeds.xmlstream import Element, elements
 from covertool.errors import ColumnError
 from covertool.model import Observations
 
+_LONGEST_S = 3.2e9
+"""A hundred years."""
 _INSTANT = timedelta(microseconds=1)
 
 
@@ -57,8 +59,10 @@ def _records(stream: BinaryIO, options: FeedOptions) -> Iterator[FlowRecord]:
 
 def _seconds(interval: Element, key: str, options: FeedOptions) -> float:
     value = _value(interval, key) if interval is not None else np.nan
-    if not np.isfinite(value):
-        raise ColumnError(f"an interval has no {key}", options.where, "write edgeData with SUMO")
+    if not abs(value) < _LONGEST_S:
+        raise ColumnError(
+            f"an interval has no {key} that can be a time", options.where, "write it with SUMO"
+        )
     return value
 
 

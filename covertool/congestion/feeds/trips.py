@@ -36,6 +36,8 @@ def read(stream: BinaryIO, options: FeedOptions) -> Iterator[Observations]:
     travel time STT in seconds; over ``options.free_speed_mps`` it gives the status. Times are in
     a column ``Time`` or ``Timestamp``, naive ones in local time, or all of ``options.time``.
     """
+    import pandas as pd
+
     frame = _table(stream, options, ("TCS1", "TCS2"))
     if _TRAVEL_TIME not in frame:
         raise ColumnError(
@@ -50,7 +52,7 @@ def read(stream: BinaryIO, options: FeedOptions) -> Iterator[Observations]:
             "add --free-speed 50 --speed-unit km/h",
         )
     ids = _link_ids(frame)
-    seconds = frame[_TRAVEL_TIME].to_numpy(dtype=float)
+    seconds = pd.to_numeric(frame[_TRAVEL_TIME], errors="coerce").to_numpy(dtype=float)
     speed = np.where(seconds > 0, _lengths(ids, options.sites) / seconds, np.nan)
     relative = speed / options.free_speed_mps
     yield Observations.from_columns(
@@ -104,7 +106,7 @@ def junctions(stream: BinaryIO, options: FeedOptions) -> gpd.GeoDataFrame:
     return gpd.GeoDataFrame(
         {
             "id": frame["SiteID"][usable].astype(str).to_numpy(),
-            "name": frame["Location"][usable].str.strip().to_numpy(),
+            "name": frame.get("Location", frame["SiteID"])[usable].str.strip().to_numpy(),
         },
         geometry=shapely.points(*moved),
         crs=crs.IRISH_TM,
@@ -124,7 +126,7 @@ def _table(stream: BinaryIO, options: FeedOptions, needed: tuple[str, ...]) -> p
     import pandas as pd
 
     try:
-        frame = pd.read_csv(stream, skipinitialspace=True, encoding="utf-8-sig")
+        frame = pd.read_csv(stream, skipinitialspace=True, encoding="utf-8-sig", dtype=str)
     except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as fault:
         raise FileError(
             f"the table cannot be read: {fault}", options.where, "give a TRIPS file as published"
