@@ -183,13 +183,13 @@ def _read(
     dst_crs: str | None,
     aoi: str | None,
 ) -> Town:
-    import numpy as np
-
-    from covertool.coverage.zones import clip_transit
-    from covertool.gis.read import read_polygons
-
     anchors, transit = read_inputs(inputs, crs, dst_crs)
     if aoi is not None:
+        import numpy as np
+
+        from covertool.coverage.zones import clip_transit
+        from covertool.gis.read import read_polygons
+
         shapes = read_polygons(aoi, dst_crs=transit.crs).geometry.array
         transit = clip_transit(transit, np.asarray(shapes, dtype=object))
     return Town(anchors, transit, tuple(choose_radii(radius, device_class, anchors)))
@@ -201,17 +201,18 @@ def _compute(
     """Return all that was asked for, computed in memory."""
     from covertool.coverage import coverage_curve, coverage_levels
     from covertool.coverage.curve import parse_radii
-    from covertool.coverage.penetration import penetration
-    from covertool.coverage.zones import zone_levels
 
     anchors, area, radii = town.anchors, town.transit, town.radii
     found = Findings(coverage_levels(anchors, area, radii), area.crs, area.polygons.bounds)
     if curve is not None:
         found = replace(found, curve=coverage_curve(anchors, area, parse_radii(curve)))
     if shares:
+        from covertool.coverage.penetration import penetration
+
         found = replace(found, penetration=penetration(anchors, area, radii, shares))
     if by is not None:
         from covertool.cli.zones import read_zones
+        from covertool.coverage.zones import zone_levels
 
         zones = read_zones(by, transit, area.crs)
         found = replace(found, zones=zone_levels(anchors, area, zones, radii))

@@ -74,10 +74,14 @@ def print_findings(found: Findings) -> None:
         _print_part("Against the radius, %", "radius (m)", rows)
     if found.penetration:
         rows = [
-            (f"{p.share:g} at {_size(p.radius_m, p.device_class)}", *_percents(p.expected))
+            (
+                f"{p.share:g} at {_size(p.radius_m, p.device_class)}",
+                *_percents(p.expected),
+                f"{100 * max(p.se):.4f}",
+            )
             for p in found.penetration
         ]
-        _print_part("Expected when only a share of the cars is equipped, %", "share", rows)
+        _print_part("Expected when only a share of the cars is equipped, %", "share", rows, ["se"])
     if found.zones:
         rows = [
             (
