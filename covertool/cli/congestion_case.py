@@ -153,10 +153,17 @@ def read_observations(
     """Return the observations of a Parquet or CSV file."""
     from covertool.congestion.clock import zone
     from covertool.congestion.feeds.protocol import FeedOptions, feed
+    from covertool.errors import FileError
     from covertool.gis.streams import open_stream
     from covertool.model import Observations
 
-    kind = "parquet" if path.suffix.lower() in (".parquet", ".pq") else "csv"
+    kind = {".parquet": "parquet", ".csv": "csv", ".gz": "csv"}.get(path.suffix.lower())
+    if kind is None:
+        raise FileError(
+            f"observations are read from .parquet and .csv, not {path.suffix or 'this'!r}",
+            str(path),
+            f"covertool congestion import --format ... {path.name} -o obs.parquet",
+        )
     options = FeedOptions(
         where=str(path),
         tz=zone(tz) if tz else None,

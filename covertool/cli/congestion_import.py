@@ -17,7 +17,9 @@ if TYPE_CHECKING:
     from covertool.congestion.feeds.protocol import FeedOptions
     from covertool.model import Observations
 
-Source = Annotated[Path, typer.Argument(metavar="IN", help="The feed; .gz is unpacked.")]
+Sources = Annotated[
+    list[Path], typer.Argument(metavar="IN...", help="The feed's files; .gz is unpacked.")
+]
 FeedFormat = Annotated[
     str,
     typer.Option("--format", metavar="datex2|waze|tomtom|sumo|trips|csv|parquet", help="Feed."),
@@ -44,7 +46,7 @@ AllowPartial = Annotated[
 
 @congestion_app.command("import")
 def import_feed(
-    source: Source,
+    sources: Sources,
     feed_format: FeedFormat,
     output: options.Output,
     sites: Sites = None,
@@ -63,7 +65,7 @@ def import_feed(
 
     \b
     Examples:
-      covertool congestion import --format waze jams.json --segments net.gpkg -o obs.parquet
+      covertool congestion import --format waze jams/*.json --segments net.gpkg -o obs.parquet
       covertool congestion import --format datex2 feed.xml.gz --sites sites.xml -o obs.parquet
       covertool congestion import --format tomtom flow.json --time 2026-07-24T08:00Z -o obs.csv
       covertool congestion import --format trips routes.csv -o network.gpkg
@@ -74,7 +76,7 @@ def import_feed(
     """
     assert output is not None
     feed_options = _options(
-        str(source),
+        str(sources[0]),
         profile=profile,
         tz=tz,
         fold=fold,
@@ -85,11 +87,13 @@ def import_feed(
     )
     statuses: dict[str, int] = {}
     if feed_format == "trips" and output.suffix.lower() not in (".csv", ".parquet"):
-        rows = _network(source, output, feed_options, overwrite)
+        if len(sources) > 1:
+            raise typer.BadParameter("import one network file at a time", param_hint="IN")
+        rows = _network(sources[0], output, feed_options, overwrite)
     else:
         feed_options = _with_sites(feed_options, sites, feed_format)
         rows, statuses = _observations(
-            source, feed_format, output, feed_options, segments, overwrite
+            sources, feed_format, output, feed_options, segments, overwrite
         )
     if as_json:
         print_json("congestion import", {"rows": rows, "statuses": statuses})
@@ -164,7 +168,7 @@ def _network(source: Path, output: Path, feed_options: FeedOptions, overwrite: b
 
 
 def _observations(
-    source: Path,
+    sources: list[Path],
     feed_format: str,
     output: Path,
     feed_options: FeedOptions,
@@ -173,6 +177,7 @@ def _observations(
 ) -> tuple[int, dict[str, int]]:
     from collections import Counter
     from collections.abc import Iterator
+    from dataclasses import replace
 
     from covertool.congestion.feeds.protocol import feed
     from covertool.gis.observations import write_observations
@@ -182,13 +187,15 @@ def _observations(
     statuses: Counter[str] = Counter()
 
     def batches() -> Iterator[Observations]:
-        for batch in feed(feed_format).read(stream, feed_options):
-            joined = join(batch)
-            statuses.update(joined.status.tolist())
-            yield joined
+        for source in sources:
+            told = replace(feed_options, where=str(source))
+            with open_stream(source) as stream:
+                for batch in feed(feed_format).read(stream, told):
+                    joined = join(batch)
+                    statuses.update(joined.status.tolist())
+                    yield joined
 
-    with open_stream(source) as stream:
-        rows = write_observations(output, batches(), overwrite=overwrite)
+    rows = write_observations(output, batches(), overwrite=overwrite)
     return rows, dict(sorted(statuses.items()))
 
 

@@ -26,7 +26,7 @@ Window = Annotated[
 ]
 Heat = Annotated[
     Path | None,
-    typer.Option("--heat", metavar="FILE", help="Also write weekday by hour (.png .pdf .svg)."),
+    typer.Option("--heat", metavar="FILE", help="Also write weekday by hour (.png, .csv, ...)."),
 ]
 
 
@@ -128,11 +128,15 @@ def _write_heat(read: Case, network: Streets, heat: Path, overwrite: bool) -> No
     from covertool.congestion.occupancy import days_of, hourly, table_of_days
     from covertool.gis.figure import write_figure
     from covertool.report.congestion import heat_matrix
+    from covertool.report.congestion_tables import write_table
 
     hours = hourly(read.options)
     table = table_of_days(days_of(read.observations, network, hours), hours)
-    title = f"Flagged street length by weekday and hour ({hours.tz.key})"
-    write_figure(heat, heat_matrix(table, title=title), overwrite=overwrite)
+    if heat.suffix.lower() in _PICTURES:
+        title = f"Flagged street length by weekday and hour ({hours.tz.key})"
+        write_figure(heat, heat_matrix(table, title=title), overwrite=overwrite)
+    else:
+        write_table(heat, table, overwrite=overwrite)
     say(f"wrote {heat}")
 
 

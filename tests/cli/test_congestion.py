@@ -277,3 +277,29 @@ def test_parked_and_queued_cars_together_is_one_command_on_the_sample_study(run)
     found = said(run("anchors", "queue", "--coverage", 15, "--json"))["coverage"]
     covered = {row["origin"]: 1 - row["fractions"][0] for row in found}
     assert covered[None] >= max(covered["parked"], covered["queue"]) > 0
+
+
+def test_several_snapshots_make_one_table(tmp_path, run):
+    for minute in range(3):
+        start = 1_550_675_460_000 + 60_000 * minute
+        jams = [{"uuid": 1, "level": 3, "delay": 9}]
+        content = {"startTimeMillis": start, "endTimeMillis": start + 60_000, "jams": jams}
+        (tmp_path / f"{minute}.json").write_text(json.dumps(content))
+    snapshots = sorted(tmp_path.glob("*.json"))
+    out = tmp_path / "obs.csv"
+    run("congestion", "import", "--format", "waze", *snapshots, "-o", out)
+    assert len(list(csv.DictReader(out.open()))) == 3
+
+
+def test_a_feed_given_as_observations_is_told_to_be_imported(tmp_path, run):
+    (tmp_path / "jams.json").write_text("{}")
+    done = run("congestion", "table", tmp_path / "jams.json", "--segments", "x.gpkg",
+               "--tz", "UTC", code=1)  # fmt: skip
+    assert "covertool congestion import" in done.stderr
+
+
+def test_the_heat_matrix_is_a_table_too(town, run):
+    run("congestion", "map", *case(town), "--heat", town / "heat.csv")
+    rows = {(row["day"], row["window"]): row for row in csv.DictReader((town / "heat.csv").open())}
+    assert float(rows["Tuesday", "13"]["percent"]) == pytest.approx(100 / 3)
+    assert rows["Tuesday", "03"]["percent"] == ""

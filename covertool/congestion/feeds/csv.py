@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import BinaryIO
 
 from covertool.congestion.feeds.columns import observations_of
-from covertool.congestion.feeds.protocol import FeedOptions, TruncatedError
+from covertool.congestion.feeds.protocol import FeedOptions, TruncatedError, keep_or_raise
 from covertool.errors import FileError
 from covertool.model import Observations
 
@@ -25,6 +25,7 @@ def read(stream: BinaryIO, options: FeedOptions) -> Iterator[Observations]:
     """
     import pandas as pd
 
+    rows = 0
     try:
         with pd.read_csv(
             stream,
@@ -37,10 +38,10 @@ def read(stream: BinaryIO, options: FeedOptions) -> Iterator[Observations]:
         ) as chunks:
             for chunk in chunks:
                 yield observations_of(chunk.reset_index(drop=True), options)
+                rows += len(chunk)
     except EOFError:
-        raise TruncatedError(
-            "the compressed table ends early", options.where, "fetch it again"
-        ) from None
+        cut = TruncatedError("the compressed table ends early", options.where, "fetch it again")
+        keep_or_raise(cut, rows, options)
     except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as fault:
         raise FileError(
             f"the table cannot be read: {fault}", options.where, "write it as CSV in UTF-8"

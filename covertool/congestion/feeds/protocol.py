@@ -173,11 +173,16 @@ def batches(records: Iterable[FlowRecord], options: FeedOptions) -> Iterator[Obs
                 yield table(pending, options.speed_profile)
                 pending = []
     except TruncatedError as fault:
-        if not options.allow_partial:
-            raise
-        log.warning("%s: %s; the %d records before that are kept", fault.where, fault.what, total)
+        keep_or_raise(fault, total, options)
     if pending:
         yield table(pending, options.speed_profile)
+
+
+def keep_or_raise(fault: TruncatedError, records: int, options: FeedOptions) -> None:
+    """Warn that a feed was cut off when a part is wanted; else raise the fault."""
+    if not options.allow_partial:
+        raise fault
+    log.warning("%s: %s; the %d records before that are kept", fault.where, fault.what, records)
 
 
 def table(records: list[FlowRecord], profile: Profile) -> Observations:
