@@ -140,25 +140,34 @@ def sweep_quadrant(
     if n == 0 and not inside:
         return m
     inside = inside if before % 2 == 0 else not inside
+    px, py, end_x, end_y = cx + from_x, cy + from_y, cx + to_x, cy + to_y
+    if not inside:
+        u0, px, py = events[0, 0], events[0, 2], events[0, 3]
+        n -= 1
+        for e in range(n):
+            events[e] = events[e + 1]
+    if n % 2 == 1:
+        n -= 1
+        u1, end_x, end_y = events[n, 0], events[n, 2], events[n, 3]
+    inside = True
     vx, vy = point_at(0.5 * (u0 + u1), r, quadrant)
-    reach = math.sqrt(
-        max((vx - from_x) ** 2 + (vy - from_y) ** 2, (vx - to_x) ** 2 + (vy - to_y) ** 2)
+    mid_x, mid_y = cx + vx, cy + vy
+    reach = (1.0 + TANGENT) * math.sqrt(
+        max((mid_x - px) ** 2 + (mid_y - py) ** 2, (mid_x - end_x) ** 2 + (mid_y - end_y) ** 2)
     )
-    reach *= 1.0 + TANGENT
     depth, whole = base, base
     for j in range(k):
         if j != i:
             starts, all_of_it, n = disc_events(
-                i, j, near, quadrant, u0, u1, cx + vx, cy + vy, reach, events, n
+                i, j, near, quadrant, u0, u1, mid_x, mid_y, reach, events, n
             )
             depth += near[j, 3] if starts else 0.0
             whole += near[j, 3] if all_of_it else 0.0
             if whole >= 3.0:
                 return m
     sort_events(events, n)
-    px, py = cx + from_x, cy + from_y
     for e in range(n + 1):
-        x, y = (events[e, 2], events[e, 3]) if e < n else (cx + to_x, cy + to_y)
+        x, y = (events[e, 2], events[e, 3]) if e < n else (end_x, end_y)
         if inside and depth < 2.5:
             if m >= out.shape[0]:
                 return -1

@@ -119,11 +119,11 @@ def grids(
 ) -> tuple[EdgeGrid, DiscGrid]:
     """Return transit edges and discs in grids that share one local origin.
 
-    The cells are half a radius wide, but there are no more of them than the input is worth.
+    The cells are about a radius wide, but there are no more of them than the input is worth.
     """
     size = np.ptp(edges.reshape(-1, 2), axis=0)
     smallest = math.sqrt(float(size[0] * size[1]) / (4096 + 64 * (x.size + len(edges))))
-    transit = edge_grid(edges, max(0.5 * float(np.median(radius)), smallest), attempt)
+    transit = edge_grid(edges, max(0.9 * float(np.median(radius)), smallest), attempt)
     return transit, disc_grid(x - transit.x0_m, y - transit.y0_m, radius, weight)
 
 

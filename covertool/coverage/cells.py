@@ -32,7 +32,7 @@ def cell_boundaries(
         return 0, near, events, out
     x, y = cell * (c % columns), cell * (c // columns)
     x1, y1 = cell * (c % columns + 1), cell * (c // columns + 1)
-    half = 0.5 * cell * math.sqrt(2.0) * (1.0 + 1e-9)
+    half = 0.5 * cell * (1.0 + 1e-9)
     base, k = gather(0.5 * (x + x1), 0.5 * (y + y1), half, discs, shape, place, first_disc, near)
     while k < 0:
         near = np.empty((2 * near.shape[0], 5))
@@ -94,7 +94,7 @@ def sweep_cell(near, k, base, x0, y0, x1, y1, centre_inside, edges, e0, e1, even
 
 @compiled
 def gather(qx, qy, half, discs, shape, place, first, near):
-    """Find the discs that matter within ``half`` of q, nearest ring of grid cells first.
+    """Find the discs that matter in the square of half-width ``half`` around q, nearest first.
 
     Returns the depth of the discs that cover all of it, and how many others reach it; these are
     written to ``near``. Stops at depth 3, where the others no longer matter. Their number is -1
@@ -103,7 +103,7 @@ def gather(qx, qy, half, discs, shape, place, first, near):
     base, k = 0.0, 0
     for c in range(shape.shape[0]):
         columns, rows, offset = shape[c, 0], shape[c, 1], shape[c, 2]
-        size, reach = place[c, 2], place[c, 3] + half
+        size, reach = place[c, 2], place[c, 3] + half * math.sqrt(2.0)
         column, row = int((qx - place[c, 0]) // size), int((qy - place[c, 1]) // size)
         for ring in range(int(reach // size) + 2):
             for y in range(max(row - ring, 0), min(row + ring, rows - 1) + 1):
@@ -125,18 +125,18 @@ def gather(qx, qy, half, discs, shape, place, first, near):
 def gather_cell(qx, qy, half, discs, d0, d1, near, base, k):
     """Sort the discs of one grid cell into those that cover, cross, and miss; see ``gather``."""
     for d in range(d0, d1):
-        r = discs[d, 2]
-        squared = (discs[d, 0] - qx) ** 2 + (discs[d, 1] - qy) ** 2
-        if squared >= (r + half) ** 2:
+        squared = discs[d, 2] * discs[d, 2]
+        dx, dy = abs(discs[d, 0] - qx), abs(discs[d, 1] - qy)
+        if max(dx - half, 0.0) ** 2 + max(dy - half, 0.0) ** 2 >= squared:
             continue
-        if r > half and squared <= (r - half) ** 2:
+        if (dx + half) ** 2 + (dy + half) ** 2 <= squared:
             base += discs[d, 3]
             if base >= 3.0:
                 return base, k
             continue
         if k >= near.shape[0]:
             return base, -1
-        near[k, 0], near[k, 1], near[k, 2] = discs[d, 0], discs[d, 1], r
+        near[k, 0], near[k, 1], near[k, 2] = discs[d, 0], discs[d, 1], discs[d, 2]
         near[k, 3], near[k, 4] = discs[d, 3], np.float64(d)
         k += 1
     return base, k

@@ -25,9 +25,9 @@ def compiled(loop: Loop) -> Loop:
     the cache can be written, they are compiled again in every run.
     """
     try:
-        fast = numba.njit(loop, nogil=True, cache=True)
+        fast = numba.njit(loop, nogil=True, cache=True, error_model="numpy")
     except RuntimeError:
-        return cast(Loop, numba.njit(loop, nogil=True))
+        return cast(Loop, numba.njit(loop, nogil=True, error_model="numpy"))
     # numba looks for changes only in the loop's own file, not in those of the loops it calls.
     index = getattr(getattr(fast, "_cache", None), "_cache_file", None)
     if index is not None and hasattr(index, "_source_stamp"):
