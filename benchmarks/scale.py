@@ -1,0 +1,100 @@
+"""Growth of time and memory from 100,000 to 5 million anchors, in tiles read from GeoParquet.
+
+python benchmarks/scale.py [--quick]
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import resource
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+import shapely
+from pyproj import CRS
+
+from covertool.coverage.tiles import plan_job, tiled_levels
+from covertool.gis.parquet import write_anchors
+from covertool.gis.sources import open_anchors, open_transit, write_transit
+from covertool.model import Anchors, TransitArea
+
+ITM = CRS(2157)
+STREETS_APART_M = 100.0
+ANCHORS_PER_KM2 = 1500.0
+
+
+def country(anchors: int, folder: Path) -> tuple[Path, Path]:
+    """Write a grid of streets and anchors along them, at one density whatever the number."""
+    side = 1000 * np.sqrt(anchors / ANCHORS_PER_KM2)
+    rng = np.random.default_rng(anchors)
+    lines = np.arange(STREETS_APART_M / 2, side, STREETS_APART_M)
+    along, across = rng.uniform(0, side, anchors), rng.normal(0, 5, anchors)
+    street, flat = rng.choice(lines, anchors) + across, rng.random(anchors) < 0.5
+    x, y = np.where(flat, along, street), np.where(flat, street, along)
+    cars, roads = folder / f"cars_{anchors}.parquet", folder / f"roads_{anchors}.parquet"
+    write_anchors(cars, Anchors.from_points(600_000 + x, 700_000 + y, ITM))
+    low, high = lines[:-1] + 3.5, lines[1:] - 3.5
+    blocks = shapely.box(*(axis.ravel() for axis in _blocks(low, high)))
+    window = shapely.box(lines[0] - 3.5, lines[0] - 3.5, lines[-1] + 3.5, lines[-1] + 3.5)
+    holes = [block.exterior for block in blocks]
+    streets = shapely.transform(
+        shapely.Polygon(window.exterior, holes), lambda xy: xy + np.array([600_000.0, 700_000.0])
+    )
+    write_transit(roads, TransitArea(shapely.MultiPolygon([streets]), ITM))
+    return cars, roads
+
+
+def _blocks(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, ...]:
+    x0, y0 = np.meshgrid(low, low)
+    x1, y1 = np.meshgrid(high, high)
+    return x0, y0, x1, y1
+
+
+def measure(cars: Path, roads: Path, anchors: int, radius_m: float, answer: object) -> None:
+    """Run all tiles in this fresh process; send seconds, tiles, and the peak memory in MB."""
+    transit = open_transit(str(roads), None, None)
+    source = open_anchors((str(cars),), None, transit.crs)
+    job = plan_job(source, transit, [radius_m], anchors_count=anchors)
+    job(0)  # loads the compiled loops
+    begun = time.perf_counter()
+    report = tiled_levels(job)
+    seconds = time.perf_counter() - begun
+    peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    answer.send((seconds, len(job.plan), peak_mb, report.results[0].fractions[3]))
+
+
+def main() -> None:
+    quick = "--quick" in sys.argv
+    sizes = [20_000, 100_000] if quick else [100_000, 500_000, 1_000_000, 5_000_000]
+    context = multiprocessing.get_context("spawn")
+    with tempfile.TemporaryDirectory() as folder:
+        for radius_m in (15.0,) if quick else (15.0, 100.0):
+            times = []
+            for anchors in sizes:
+                cars, roads = (
+                    Path(folder, f"cars_{anchors}.parquet"),
+                    Path(folder, f"roads_{anchors}.parquet"),
+                )
+                if not cars.exists():
+                    cars, roads = country(anchors, Path(folder))
+                receive, send = context.Pipe(duplex=False)
+                worker = context.Process(
+                    target=measure, args=(cars, roads, anchors, radius_m, send)
+                )
+                worker.start()
+                seconds, tiles, peak_mb, level_3 = receive.recv()
+                worker.join()
+                times.append(seconds)
+                print(
+                    f"{anchors:9,} anchors at {radius_m:g} m: {seconds:7.2f} s in {tiles} tiles, "
+                    f"peak {peak_mb:.0f} MB, Level 3 {100 * level_3:.2f} %"
+                )
+            exponent = np.polyfit(np.log(sizes), np.log(times), 1)[0]
+            print(f"growth exponent at {radius_m:g} m: {exponent:.3f}")
+
+
+if __name__ == "__main__":
+    main()
