@@ -73,13 +73,15 @@ def crop(
 
 def recolour(image: npt.NDArray[np.uint8], rng: Rng) -> Floats:
     """Return the normalised picture after a random change of tone, colour and sharpness."""
-    picture = image.astype(np.float32) / 255
+    tones = np.arange(256, dtype=np.float32)[:, None] / 255
     if rng.random() < 0.5:
-        picture = picture ** np.float32(rng.uniform(0.7, 1.4))
-    picture = picture * rng.uniform(0.85, 1.15, 3).astype(np.float32)
-    picture = (picture - 0.45) * np.float32(rng.uniform(0.7, 1.2)) + np.float32(
+        tones = tones ** np.float32(rng.uniform(0.7, 1.4))
+    tones = tones * rng.uniform(0.85, 1.15, 3).astype(np.float32)
+    tones = (tones - 0.45) * np.float32(rng.uniform(0.7, 1.2)) + np.float32(
         0.45 + rng.uniform(-0.08, 0.08)
     )
+    tones = (np.clip(tones, 0, 1) * 255 - MEAN) * np.float32(SCALE)
+    picture: Floats = tones[image, np.arange(3)]
     kind = rng.random()
     if kind < 0.06:
         picture[:] = picture.mean(axis=2, keepdims=True)
@@ -87,8 +89,9 @@ def recolour(image: npt.NDArray[np.uint8], rng: Rng) -> Floats:
         picture = picture[..., rng.permutation(3)]
     elif kind < 0.20:
         picture = cv2.GaussianBlur(picture, (0, 0), rng.uniform(0.4, 1.0))
-    picture = picture + rng.standard_normal(picture.shape, np.float32) * rng.uniform(0, 0.015)
-    return (np.clip(picture, 0, 1) * 255 - MEAN) * SCALE
+    if rng.random() < 0.3:
+        picture += rng.standard_normal(picture.shape, np.float32) * np.float32(rng.uniform(0, 0.08))
+    return picture
 
 
 def targets(labels: Floats, side: int) -> tuple[Floats, Floats, Floats]:

@@ -26,7 +26,7 @@ def car_paint(rng: Rng) -> Image:
     """Return the paint of a car: mostly black, white, grey and silver, some blue and red."""
     kind = rng.choice(
         ["black", "white", "grey", "silver", "blue", "red", "other"],
-        p=[0.24, 0.22, 0.15, 0.14, 0.11, 0.08, 0.06],
+        p=[0.23, 0.21, 0.14, 0.13, 0.12, 0.10, 0.07],
     )
     if kind == "black":
         return grey(rng, 0.02, 0.14, 0.012)

@@ -13,7 +13,7 @@ CAR, TRUCK = 0, 1
 """Classes of the labels: cars and vans up to 6 m; trucks, buses and trams."""
 
 BODIES = ("hatchback", "saloon", "estate", "suv", "van", "pickup", "open")
-_SHARES = (0.30, 0.22, 0.16, 0.18, 0.10, 0.02, 0.02)
+_SHARES = (0.28, 0.20, 0.15, 0.18, 0.15, 0.02, 0.02)
 
 
 @dataclass(frozen=True)

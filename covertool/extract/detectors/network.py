@@ -42,7 +42,7 @@ class NetworkDetector:
     threshold, tta_threshold : default score thresholds, without and with test-time augmentation
     mean, scale : the network sees ``(value - mean) * scale``
     length_px, width_px : the size that a log size of zero stands for
-    tta : average the maps of the picture, its two mirror images and its transpose (four passes)
+    tta : average the maps of four views of the picture
     floor : scores below it are not even looked at
 
     Examples
@@ -125,18 +125,16 @@ class NetworkDetector:
         return maps
 
     def _averaged_maps(self, rgb: Pixels) -> Maps:
-        """Return the mean of the maps of four views, each turned back to the picture's own."""
+        """Return the mean of the maps of four views, each turned back to the picture's own.
+
+        The views (as it is, turned by 180 degrees, and mirrored at either diagonal) are a group:
+        turning or mirroring the picture so turns or mirrors the mean, exactly.
+        """
         whole = _padded(rgb)
-        same = self._maps(whole)
-        mirrored = self._maps(np.ascontiguousarray(whole[:, ::-1]))[:, :, ::-1]
-        flipped = self._maps(np.ascontiguousarray(whole[::-1]))[:, ::-1]
-        turned = self._maps(np.ascontiguousarray(whole.transpose(1, 0, 2))).transpose(0, 2, 1)
-        # Mirroring turns the heading h into -h and one offset round; transposing swaps the
-        # offsets and turns h into -90 - h, so the cosine of 2h changes its sign and the sine not.
-        mirrored = mirrored * _signs(offset_x=-1, sine=-1)
-        flipped = flipped * _signs(offset_y=-1, sine=-1)
-        turned = turned[[0, 1, 3, 2, 4, 5, 6, 7]] * _signs(cosine=-1)
-        mean: Maps = np.mean([same, mirrored, flipped, turned], axis=0, dtype=np.float32)
+        diagonal = np.ascontiguousarray(whole.transpose(1, 0, 2))
+        upright = self._maps(whole) + _half_turned(self._maps(_half_turn(whole)))
+        mirrored = self._maps(diagonal) + _half_turned(self._maps(_half_turn(diagonal)))
+        mean: Maps = (upright + _transposed(mirrored)) * np.float32(0.25)
         return mean
 
     def _decode(self, maps: Maps) -> Detections:
@@ -182,9 +180,25 @@ def _padded(rgb: Pixels) -> Pixels:
     return np.pad(rgb, ((0, -height % _MULTIPLE), (0, -width % _MULTIPLE), (0, 0)), mode="edge")
 
 
-def _signs(
-    *, offset_x: int = 1, offset_y: int = 1, cosine: int = 1, sine: int = 1
-) -> npt.NDArray[np.float32]:
-    """Return the factors of the eight maps that undo a mirroring."""
-    factors = np.array([1, 1, offset_x, offset_y, 1, 1, cosine, sine], dtype=np.float32)
-    return factors[:, None, None]
+def _half_turn(rgb: Pixels) -> Pixels:
+    return np.ascontiguousarray(rgb[::-1, ::-1])
+
+
+def _half_turned(maps: Maps) -> Maps:
+    """Return the maps that a picture turned by 180 degrees would give: the offsets change sign."""
+    turned: Maps = maps[:, ::-1, ::-1] * _factors([1, 1, -1, -1, 1, 1, 1, 1])
+    return turned
+
+
+def _transposed(maps: Maps) -> Maps:
+    """Return the maps that a transposed picture would give.
+
+    The offsets change places; a heading h becomes -90 - h, so the cosine of 2 h changes its sign.
+    """
+    swapped = maps.transpose(0, 2, 1)[[0, 1, 3, 2, 4, 5, 6, 7]]
+    mirrored: Maps = swapped * _factors([1, 1, 1, 1, 1, 1, -1, 1])
+    return mirrored
+
+
+def _factors(of_maps: list[int]) -> Maps:
+    return np.array(of_maps, dtype=np.float32)[:, None, None]
