@@ -12,6 +12,8 @@ from covertool.cli.app import app
 from covertool.errors import CovertoolError
 
 VERBS = (
+    "extract",
+    "transit",
     "coverage",
     "congestion",
     "congestion_import",

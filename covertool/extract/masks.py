@@ -28,7 +28,7 @@ def mask_outlines(raster: RasterSource) -> Objects:
         When no pixel is transit, or the raster is no mask.
     """
     import rasterio.features
-    from affine import Affine
+    from rasterio.transform import Affine
 
     half = _half(raster)
     found: list[shapely.Geometry] = []

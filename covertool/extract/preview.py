@@ -7,9 +7,9 @@ import math
 import numpy as np
 import shapely
 
-from covertool.extract.detectors.protocol import Pixels
+from covertool.extract.detectors.protocol import MIN_HALO_PX, Pixels
 from covertool.extract.stretch import Stretch
-from covertool.extract.windows import Window, WorkingGrid, cut
+from covertool.extract.windows import WorkingGrid, cut
 from covertool.model import Objects, RasterSource, TransitArea, Vehicles
 
 _LONGEST_PX = 4000
@@ -29,9 +29,7 @@ def preview(raster: RasterSource, vehicles: Vehicles, transit: TransitArea | Non
     transit : drawn when given, in the CRS of the raster
     """
     grid = _grid(raster)
-    whole = Window(0, 0, grid.width, grid.height, 0)
-    rgb, _ = cut(raster, grid, whole, Stretch.of(raster))
-    picture = np.ascontiguousarray(rgb)
+    picture = _picture(raster, grid)
     if transit is not None:
         rings = shapely.get_parts(shapely.get_rings(list(transit.polygons.geoms)))
         _draw(picture, raster, grid, rings, _EDGE)
@@ -39,6 +37,17 @@ def preview(raster: RasterSource, vehicles: Vehicles, transit: TransitArea | Non
     for flag, colour in ((True, _PARKED), (False, _DRIVING), (None, _UNKNOWN)):
         chosen = np.array([parked is flag for parked in vehicles.parked], dtype=bool)
         _draw(picture, raster, grid, shapely.get_exterior_ring(footprints[chosen]), colour)
+    return picture
+
+
+def _picture(raster: RasterSource, grid: WorkingGrid) -> Pixels:
+    """Return the image on the grid, put together window by window."""
+    stretch = Stretch.of(raster)
+    picture = np.zeros((grid.height, grid.width, 3), dtype=np.uint8)
+    for window in grid.windows(MIN_HALO_PX):
+        rgb, _ = cut(raster, grid, window, stretch)
+        halo = window.halo_px
+        picture[window.y0 : window.y1, window.x0 : window.x1] = rgb[halo:-halo, halo:-halo]
     return picture
 
 

@@ -158,7 +158,8 @@ def score(
     found = match[hit]
     excused = _excused(x, y, labels, gsd_m, size_px)
     distance = np.hypot(x[hit] - label_x[found], y[hit] - label_y[found])
-    turn = np.abs(_image_heading(vehicles)[hit] - labels.heading_deg[found]) % 180
+    # The image is taken as north up, so that its up is the heading's grid north.
+    turn = np.abs(vehicles.heading_deg[hit] - labels.heading_deg[found]) % 180
     turn = np.minimum(turn, 180 - turn)
     parked = _parked_shares(vehicles.parked[hit], labels.parked[found])
     return Score(
@@ -195,14 +196,6 @@ def _excused(
     reach = labels.ignore_radius_px * math.sqrt(gsd_m[0] * gsd_m[1]) + IGNORE_RIM_M
     excused: npt.NDArray[np.bool_] = rim | (away <= reach).any(axis=1)
     return excused
-
-
-def _image_heading(vehicles: Vehicles) -> Floats:
-    """Return headings clockwise from the image's up.
-
-    The images with labels are north up; a map's grid north is then the image's up.
-    """
-    return vehicles.heading_deg
 
 
 def _parked_shares(said: Objects, true: Objects) -> tuple[float | None, float | None]:

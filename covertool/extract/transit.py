@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 import shapely
+from pyproj import CRS
 
+from covertool.crs import transform, transform_geometries
 from covertool.errors import ComputationError, GeometryError
 from covertool.extract.carriageways import RoadChoice, carriageway_width_m, is_transit
 from covertool.extract.masks import mask_outlines
@@ -25,6 +27,7 @@ AREA_TOLERANCE = 0.005
 _SPECK_M2 = 6.0
 """Smaller than a parked car: no carriageway, and no island in one."""
 
+_SLIVER_M2 = 0.01
 _SPECK_BUDGET = 0.8 * AREA_TOLERANCE
 _SMOOTHING_PX = (1.0, 0.5, 0.25)
 
@@ -108,6 +111,43 @@ def transit_from_roads(roads: gpd.GeoDataFrame, choice: RoadChoice | None = None
     joints = _joints(lines, widths / 2)
     _LOG.info("%d of %d roads are carriageways", len(lines), len(tags))
     return TransitArea(_united(np.concatenate([bodies, joints])), roads.crs)
+
+
+def seen_part(area: TransitArea, images: Sequence[RasterSource]) -> TransitArea:
+    """Return the part of a transit area that the images show, in the CRS of the first image.
+
+    Raises
+    ------
+    GeometryError
+        When the images show none of it.
+    """
+    crs = images[0].crs
+    [moved] = transform_geometries(np.array([area.polygons], dtype=object), area.crs, crs)
+    frames = [_frame(image, crs) for image in images]
+    seen = _united(np.array([shapely.intersection(moved, shapely.union_all(frames))]))
+    if seen.is_empty:
+        raise GeometryError(
+            "the transit area lies beside the images",
+            ", ".join(image.name for image in images[:5]),
+            "give a mask or an extract of the same place, or check the CRS of both",
+        )
+    return TransitArea(seen, crs)
+
+
+def dissolved(frames: Sequence[gpd.GeoDataFrame], crs: CRS) -> shapely.MultiPolygon:
+    """Return the polygons of several layers united, in one CRS."""
+    moved = [
+        transform_geometries(np.asarray(f.geometry.array, dtype=object), f.crs, crs) for f in frames
+    ]
+    return _united(np.concatenate(moved))
+
+
+def _frame(image: RasterSource, crs: CRS) -> shapely.Polygon:
+    """Return the outline of an image, with points along its sides, which ``crs`` may bend."""
+    share = np.linspace(0, 1, 17)[:-1]
+    x = np.concatenate([share, np.ones(16), 1 - share, np.zeros(16)]) * image.width
+    y = np.concatenate([np.zeros(16), share, np.ones(16), 1 - share]) * image.height
+    return shapely.Polygon(np.column_stack(transform(*image.to_metres(x, y), image.crs, crs)))
 
 
 def _joints(lines: Objects, half_m: Floats) -> Objects:
@@ -195,6 +235,8 @@ def _through_middles(ring: shapely.LinearRing) -> Floats:
 def _united(polygons: Objects) -> shapely.MultiPolygon:
     whole = shapely.union_all(shapely.make_valid(polygons))
     parts = [
-        part for part in shapely.get_parts(whole) if part.geom_type == "Polygon" and part.area > 0
+        part
+        for part in shapely.get_parts(whole)
+        if part.geom_type == "Polygon" and part.area > _SLIVER_M2
     ]
     return shapely.MultiPolygon(parts)

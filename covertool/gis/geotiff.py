@@ -18,7 +18,7 @@ from covertool.gis.formats import RASTER_FORMATS, Format
 from covertool.gis.georaster import GeoRaster, apply_affine, colour_table, data_bands, open_dataset
 from covertool.gis.level_raster import write_level_raster
 
-__all__ = ["GeoRaster", "open_raster", "write_level_raster"]
+__all__ = ["GeoRaster", "has_georeference", "open_raster", "write_level_raster"]
 
 _LOG = logging.getLogger(__name__)
 
@@ -184,3 +184,13 @@ def _compare_gsd(raster: GeoRaster, gsd_m: float | None) -> None:
             str(raster.path),
             "leave --gsd out",
         )
+
+
+def has_georeference(path: str | Path) -> bool:
+    """Return True when a raster says itself where its pixels lie."""
+    checked, known = guard.input_file(path, RASTER_FORMATS)
+    dataset = open_dataset(checked, known.driver)
+    try:
+        return bool(dataset.transform != Affine.identity())
+    finally:
+        dataset.close()

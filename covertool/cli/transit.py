@@ -1,0 +1,129 @@
+"""`covertool transit`: where cars drive, from an OpenStreetMap extract or a mask."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from covertool.cli import options
+from covertool.cli.app import app
+from covertool.cli.console import print_json, say
+
+if TYPE_CHECKING:
+    from covertool.model import RasterSource, TransitArea
+
+Tunnels = Annotated[bool, typer.Option("--tunnels", help="With roads in tunnels.")]
+Private = Annotated[bool, typer.Option("--private", help="With private and forbidden roads.")]
+Yards = Annotated[bool, typer.Option("--yards", help="With driveways and parking aisles.")]
+Gsd = Annotated[
+    float | None,
+    typer.Option("--gsd", metavar="METRES", help="Ground size of a pixel without georeference."),
+]
+Origin = Annotated[
+    str | None,
+    typer.Option("--origin", metavar="X,Y", help="Map place of the lower left corner."),
+]
+
+OSM_SUFFIXES = (".osm", ".osm.gz", ".osm.pbf", ".pbf", ".osm.bz2")
+
+
+@app.command("transit")
+def transit(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="OSM extract, or a mask raster.")],
+    tunnels: Tunnels = False,
+    private: Private = False,
+    yards: Yards = False,
+    gsd: Gsd = None,
+    crs: options.Crs = None,
+    origin: Origin = None,
+    output: options.Output = None,
+    into: options.Into = None,
+    overwrite: options.Overwrite = False,
+    as_json: options.Json = False,
+) -> None:
+    """Make the transit area (layer "transit") from an OpenStreetMap extract or a mask.
+
+    \b
+    Examples:
+      covertool transit town.osm.pbf -o town.gpkg
+      covertool transit roads.tif --into town.gpkg
+      covertool transit mask.png --gsd 0.125 -o town.gpkg
+
+    \b
+    Roads are as wide as their width tag, else lanes times the lane width of their class, else two
+    lanes. Tunnels, footways, private roads, driveways and parking aisles are left out.
+    """
+    from covertool.gis.provenance import provenance
+    from covertool.gis.write import write_layers
+
+    if output is None and into is None:
+        raise typer.BadParameter("name a file to write", param_hint="-o / --into")
+    if is_osm(file):
+        area = osm_transit(file, tunnels=tunnels, private=private, yards=yards)
+    else:
+        area = mask_transit(file, None, gsd=gsd, crs=crs, origin=parsed_origin(origin))
+    whence = provenance(sys.argv[1:], [file])
+    layers = {"transit": area.to_frame()}
+    if output is not None:
+        metadata = whence.to_metadata()
+        write_layers(output, layers, overwrite=overwrite, metadata=metadata, inputs=[file])
+    if into is not None:
+        write_layers(into, layers, into=True, metadata=whence.to_metadata(), inputs=[file])
+    polygons = len(area.polygons.geoms)
+    if as_json:
+        content = {"transit_area_m2": area.area_m2, "polygons": polygons}
+        print_json("transit", {**content, "provenance": whence.to_json()})
+        return
+    typer.echo(f"transit area: {area.area_m2:.0f} m2 in {polygons} polygons")
+    for path in (output, into):
+        if path is not None:
+            say(f"wrote layer transit to {path}")
+
+
+def is_osm(file: Path) -> bool:
+    """Return True when the name is that of an OpenStreetMap extract."""
+    return file.name.lower().endswith(OSM_SUFFIXES)
+
+
+def osm_transit(
+    file: Path, *, tunnels: bool = False, private: bool = False, yards: bool = False
+) -> TransitArea:
+    """Return the transit area of an OpenStreetMap extract."""
+    from covertool.extract.carriageways import RoadChoice
+    from covertool.extract.transit import transit_from_roads
+    from covertool.gis.osm import read_roads
+
+    return transit_from_roads(read_roads(file), RoadChoice(tunnels, private, yards))
+
+
+def mask_transit(
+    file: Path,
+    image: RasterSource | None,
+    *,
+    gsd: float | None = None,
+    crs: str | None = None,
+    origin: tuple[float, float] | None = None,
+) -> TransitArea:
+    """Return the transit area of a mask, which may share the pixels of an image."""
+    from covertool.extract.transit import transit_from_mask
+    from covertool.gis.geotiff import has_georeference, open_raster
+
+    if image is not None and not has_georeference(file):
+        return transit_from_mask(open_raster(file, gsd_m=1.0), like=image)
+    if has_georeference(file):
+        gsd = origin = None
+    return transit_from_mask(open_raster(file, gsd_m=gsd, crs=crs, origin=origin))
+
+
+def parsed_origin(text: str | None) -> tuple[float, float] | None:
+    """Return the two numbers of ``X,Y``."""
+    if text is None:
+        return None
+    try:
+        x, y = (float(part) for part in text.split(","))
+    except ValueError:
+        raise typer.BadParameter(f"{text!r} is not X,Y", param_hint="--origin") from None
+    return x, y
