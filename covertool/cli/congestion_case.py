@@ -104,6 +104,7 @@ def read_case(
 ) -> Case:
     """Return what the options name; with no observations the sample study's."""
     from covertool.congestion.clock import local_days, zone
+    from covertool.congestion.freeflow import with_free_flow
     from covertool.congestion.occupancy import RUSH_HOURS, OccupancyOptions
     from covertool.congestion.publicholidays import public_holidays
     from covertool.gis.read import read_polygons
@@ -113,6 +114,7 @@ def read_case(
     where = zone(tz)
     seen = read_observations(observations, tz=tz, fold=fold, profile=profile)
     network = read_segments(segments)
+    seen = with_free_flow(seen, network, profile_of(profile))
     years = {day.year for day in local_days(seen.time, where)}
     options = OccupancyOptions(
         tz=where,

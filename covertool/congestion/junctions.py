@@ -18,6 +18,7 @@ from covertool.model import Floats, Observations
 
 NEAR_M = (25.0, 50.0)
 _SNAP_M = 0.5
+_LINE = 1
 
 
 @dataclass(frozen=True)
@@ -38,24 +39,17 @@ class JunctionShare:
 
 
 def junctions(network: Streets) -> Floats:
-    """Return the (J, 2) places where three or more streets meet.
+    """Return the (J, 2) places from which three or more streets lead away.
 
-    The two directions of a street are one. Ends closer than half a metre are one place.
+    The lines are noded where they meet or cross, so that a street need not end at its junctions;
+    the two directions of a street are one. Places closer than half a metre are one. Bridges over
+    the network's own streets count as junctions, for the lines do not tell them apart.
     """
-    if not len(network):
-        return np.empty((0, 2))
-    ends = shapely.get_coordinates(
-        np.concatenate([shapely.get_point(network.line, 0), shapely.get_point(network.line, -1)])
-    )
-    others = np.concatenate(
-        [shapely.get_point(network.line, 1), shapely.get_point(network.line, -2)]
-    )
-    cells = np.floor(ends / _SNAP_M + 0.5)
-    # A street leaves a junction by its second vertex: both directions share it.
-    leaving = np.floor(shapely.get_coordinates(others) / _SNAP_M + 0.5)
-    arms = np.unique(np.hstack([cells, leaving]), axis=0)
-    places, count = np.unique(arms[:, :2], axis=0, return_counts=True)
-    met: Floats = places[count >= 3] * _SNAP_M
+    noded = shapely.get_parts(shapely.union_all(network.line, grid_size=_SNAP_M))
+    edges = noded[shapely.get_type_id(noded) == _LINE]
+    ends = np.concatenate([shapely.get_point(edges, end) for end in (0, -1)])
+    places, count = np.unique(shapely.get_coordinates(ends), axis=0, return_counts=True)
+    met: Floats = places[count >= 3]
     return met
 
 

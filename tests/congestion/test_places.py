@@ -10,6 +10,7 @@ from pyproj import CRS
 
 from covertool import crs
 from covertool.congestion.clock import zone
+from covertool.congestion.freeflow import with_free_flow
 from covertool.congestion.junctions import junction_shares, junctions
 from covertool.congestion.matching import match_lines
 from covertool.congestion.moment import states_at
@@ -143,3 +144,27 @@ def test_sensitivity_keeps_statuses_that_no_speed_explains():
     assert [(v.profile, v.table.cells[0].percent) for v in found] == [
         (None, 100.0), (None, 0.0), (None, 0.0),
     ]  # fmt: skip
+
+
+def test_streets_that_cross_without_ending_meet_at_a_junction():
+    x, y = ORIGIN
+    lines = [
+        shapely.LineString([(x - 100, y), (x + 100, y)]),
+        shapely.LineString([(x, y - 100), (x, y + 100)]),
+    ]
+    net = streets(gpd.GeoDataFrame({"segment_id": ["a", "b"]}, geometry=lines, crs=2157))
+    assert junctions(net).tolist() == [list(ORIGIN)]
+
+
+def test_a_free_flow_speed_of_the_network_makes_speeds_relative():
+    town = network({"a": 100, "b": 100, "c": 100}, free_flow_kmh=[72.0, 72.0, None])
+    rows = Observations.from_columns(
+        ["a", "b", "c"],
+        ["2014-06-16T12:00"] * 3,
+        ["unknown", "closed", "free"],
+        speed_mps=[10.0, 5.0, 5.0],
+    )
+    found = with_free_flow(rows, town)
+    assert found.status.tolist() == ["slow", "closed", "free"]
+    assert found.relative_speed[:2].tolist() == pytest.approx([0.5, 0.25])
+    assert np.isnan(found.relative_speed[2])
