@@ -35,6 +35,16 @@ class Town:
 
 
 @dataclass(frozen=True)
+class RasterFindings:
+    """Size of the level raster, and the fractions counted along the lines of its rows."""
+
+    gsd_m: float
+    width: int
+    height: int
+    fractions: tuple[float, ...]
+
+
+@dataclass(frozen=True)
 class Findings:
     """What one run found; what was not asked for is empty."""
 
@@ -44,6 +54,7 @@ class Findings:
     curve: CoverageCurve | None = None
     penetration: tuple[PenetrationPoint, ...] = ()
     zones: tuple[ZoneCoverage, ...] = ()
+    raster: RasterFindings | None = None
 
 
 def check_outputs(
@@ -82,6 +93,9 @@ def print_findings(found: Findings) -> None:
             for p in found.penetration
         ]
         _print_part("Expected when only a share of the cars is equipped, %", "share", rows, ["se"])
+    if found.raster is not None:
+        rows = [(f"{found.raster.gsd_m:g}", *_percents(found.raster.fractions))]
+        _print_part("Along the rows of the raster, %", "pixel (m)", rows)
     if found.zones:
         rows = [
             (
@@ -145,6 +159,8 @@ def json_content(found: Findings, inputs: Inputs) -> dict[str, Any]:
             }
             for z in found.zones
         ]
+    if found.raster is not None:
+        content["raster"] = asdict(found.raster)
     files = [str(path) for path in inputs.files()]
     content["provenance"] = provenance(sys.argv[1:], files).to_json()
     return content
@@ -157,13 +173,16 @@ def write_results(
     into: Path | None,
     overwrite: bool,
     gsd_m: float | None,
-) -> None:
+) -> RasterFindings | None:
     """Write levels as layers or pixels; a new study also carries what they were computed from."""
     if output is not None and gsd_m is not None:
-        _write_raster(town, output, gsd_m, overwrite)
-        return
-    if output is None and into is None:
-        return
+        return _write_raster(town, output, gsd_m, overwrite)
+    if output is not None or into is not None:
+        _write_levels(town, output, into, overwrite)
+    return None
+
+
+def _write_levels(town: Town, output: Path | None, into: Path | None, overwrite: bool) -> None:
     from covertool.coverage.layers import joined, level_layers
     from covertool.gis.write import write_layers
 
@@ -210,9 +229,10 @@ def _panels(found: Findings) -> list[Any]:
     return panels
 
 
-def _write_raster(town: Town, path: Path, gsd_m: float, overwrite: bool) -> None:
+def _write_raster(town: Town, path: Path, gsd_m: float, overwrite: bool) -> RasterFindings:
     from covertool.coverage.radii import radii_of
     from covertool.coverage.raster import grid_over, level_rows
+    from covertool.coverage.scanlines import depth_profile
     from covertool.errors import OptionError
     from covertool.gis.level_raster import write_level_raster
 
@@ -233,6 +253,8 @@ def _write_raster(town: Town, path: Path, gsd_m: float, overwrite: bool) -> None
         overwrite=overwrite,
     )
     say(f"wrote {grid.width} x {grid.height} pixels to {path}")
+    profile = depth_profile(anchors.x_m, anchors.y_m, each_m, polygons, gsd_m)
+    return RasterFindings(gsd_m, grid.width, grid.height, tuple(profile.levels()[0].tolist()))
 
 
 def _json_result(result: RadiusCoverage) -> dict[str, Any]:

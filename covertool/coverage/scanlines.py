@@ -58,6 +58,13 @@ class DepthProfile:
         error = each.std(axis=0, ddof=1) / np.sqrt(len(each))
         return self.fractions @ weights, error
 
+    def levels(self) -> tuple[Floats, Floats]:
+        """Return the fractions of Levels 0, 1, 2 and 3 (three or more), and their errors."""
+        depths = np.arange(len(self.fractions))
+        weights = np.zeros((depths.size, 4))
+        weights[depths, np.minimum(depths, 3)] = 1.0
+        return self.expect(weights)
+
 
 def depth_profile(
     x_m: Floats, y_m: Floats, radius_m: Floats, polygons: shapely.MultiPolygon, row_m: float = 0.5
