@@ -1,7 +1,8 @@
 """A synthetic street circuit with moving and parked cars, for tests and benchmarks only.
 
-A closed loop of 600 m by 200 m with round corners; moving cars drive round it at a speed that
-changes along the way; cars are parked in a few stretches beside it. Nothing of it is measured.
+A closed loop of about 300 m by 100 m with round corners; moving cars drive round it at a speed that
+changes with time; cars are parked along its first part, on both sides or one. Nothing of it is
+measured.
 """
 
 import numpy as np
@@ -10,7 +11,7 @@ from pyproj import CRS
 from covertool.model import Anchors, Trace
 
 CRS_METRES = CRS("EPSG:2157")
-LENGTH_M, WIDTH_M, CORNER_M = 300.0, 100.0, 15.0
+LENGTH_M, WIDTH_M, CORNER_M, KERB_M = 300.0, 100.0, 15.0, 3.5
 
 
 def _loop():
@@ -32,7 +33,7 @@ def _loop():
     return points, np.concatenate([[0.0], np.cumsum(steps)])
 
 
-def circuit(cars=12, steps=120, anchors=30, seed=0, halting=False):
+def circuit(cars=12, steps=120, anchors=30, seed=0, halting=False, both_sides=True):
     """Return a trace whose v(t) is the way since t-1 (as SUMO moves cars), and parked cars."""
     rng = np.random.default_rng(seed)
     points, way = _loop()
@@ -55,5 +56,9 @@ def circuit(cars=12, steps=120, anchors=30, seed=0, halting=False):
     x, y = xy[1:].reshape(-1, 2).T
     vx, vy = velocity.reshape(-1, 2).T
     trace = Trace(time, names, x.copy(), y.copy(), vx.copy(), vy.copy())
-    parked = place(rng.uniform(0.0, 0.6 * total, anchors)) + rng.normal(0, 1, (anchors, 2)) + 3.0
+    at = rng.uniform(0.0, 0.6 * total, anchors)
+    ahead = place(at + 0.5) - place(at)
+    left = np.stack([-ahead[:, 1], ahead[:, 0]], axis=1) / np.hypot(*ahead.T)[:, None]
+    side = rng.choice([-1.0, 1.0], anchors) if both_sides else np.ones(anchors)
+    parked = place(at) + (side * rng.normal(KERB_M, 0.3, anchors))[:, None] * left
     return trace, Anchors.from_points(parked[:, 0], parked[:, 1], CRS_METRES)
