@@ -9,13 +9,11 @@ import typer
 
 from covertool.cli import congestion_case as case
 from covertool.cli import options
-from covertool.cli.anchors import anchors_app
+from covertool.cli.anchors import anchors_app, beside_others
 from covertool.cli.congestion_map import Day, Window
 from covertool.cli.console import print_json, print_table, say
 
 if TYPE_CHECKING:
-    from geopandas import GeoDataFrame
-
     from covertool.congestion.queues import QueueOptions
     from covertool.model import Anchors, CoverageReport
 
@@ -151,27 +149,8 @@ def _write(
         write_layers(output, {"anchors": frame}, overwrite=overwrite)
         say(f"wrote layer anchors to {output}")
     if into is not None:
-        write_layers(into, {"anchors": _beside_parked(frame, into)}, into=True)
+        write_layers(into, {"anchors": beside_others(frame, into, "queue")}, into=True)
         say(f"wrote the queued cars into layer anchors of {into}")
-
-
-def _beside_parked(frame: GeoDataFrame, into: Path) -> GeoDataFrame:
-    """Return the study's other anchors with the queued ones after them, in the study's CRS."""
-    import geopandas as gpd
-    import pandas as pd
-
-    from covertool.gis.layers import geometry_layers, read_layer
-
-    if not into.is_file() or "anchors" not in geometry_layers(into, into):
-        return frame
-    layer = read_layer(f"{into}:anchors", "anchors")
-    kept = layer.frame.drop(columns=["x_m", "y_m"], errors="ignore")
-    if "origin" in kept:
-        kept = kept[kept["origin"] != "queue"]
-    if "synthetic" not in kept:
-        kept = kept.assign(synthetic=False)
-    moved = frame.drop(columns=["x_m", "y_m"]).to_crs(layer.crs)
-    return gpd.GeoDataFrame(pd.concat([kept, moved], ignore_index=True), crs=layer.crs)
 
 
 def _coverage(cars: Anchors, study: Path | None, radii: list[float]) -> CoverageReport:

@@ -18,6 +18,7 @@ VERBS = (
     "congestion",
     "congestion_import",
     "congestion_map",
+    "anchors_parked",
     "anchors_queue",
     "export",
     "convert",
