@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 from pyproj import CRS
 
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 
+Flags = npt.NDArray[np.bool_]
 Weight = Literal["directed", "undirected", "lane"]
 WEIGHTS: tuple[Weight, ...] = ("directed", "undirected", "lane")
 ID_COLUMNS = ("segment_id", "edge_id", "osm_id", "id")
@@ -44,7 +46,7 @@ class Streets:
     length_m: Floats
     lanes: Floats
     weight: Floats
-    two_way: np.ndarray[tuple[int], np.dtype[np.bool_]]
+    two_way: Flags
     crs: CRS
 
     def __len__(self) -> int:
@@ -78,8 +80,6 @@ def streets(
     ColumnError, GeometryError, OptionError
         When there is no id, no line at all, or no such weight.
     """
-    if weight not in WEIGHTS:
-        raise OptionError(f"there is no weight {weight!r}", "--weight", f"use {', '.join(WEIGHTS)}")
     pieces = _pieces(frame)
     lines = np.asarray(pieces.geometry.values, dtype=object)
     ids = pieces["segment_id"].to_numpy(dtype=object)
@@ -95,11 +95,7 @@ def streets(
         ids, lanes, two_way = ids[rows], lanes[rows], two_way[rows]
         counted, stretch = counted[rows], stretch[rows]
     length_m = shapely.length(lines) * stretch
-    weights = length_m * counted
-    if weight == "lane":
-        weights = weights * lanes
-    elif weight == "undirected":
-        weights = np.where(two_way, weights / 2, weights)
+    weights = length_m * counted * _factor(weight, lanes, two_way)
     keep = weights > 0
     if not keep.any():
         raise GeometryError(
@@ -114,6 +110,17 @@ def streets(
         two_way=two_way[keep],
         crs=frame.crs,
     )
+
+
+def _factor(weight: Weight, lanes: Floats, two_way: Flags) -> Floats:
+    """Return what each piece's length is multiplied by."""
+    if weight not in WEIGHTS:
+        raise OptionError(f"there is no weight {weight!r}", "--weight", f"use {', '.join(WEIGHTS)}")
+    if weight == "lane":
+        return lanes
+    if weight == "undirected":
+        return np.where(two_way, 0.5, 1.0)
+    return np.ones(lanes.size)
 
 
 def _pieces(frame: gpd.GeoDataFrame) -> gpd.GeoDataFrame:
@@ -176,9 +183,7 @@ def _lanes(pieces: gpd.GeoDataFrame) -> Floats:
     return np.where(lanes >= 1, np.floor(lanes), 1.0)
 
 
-def _shares(
-    ids: Objects, lines: Objects
-) -> tuple[Floats, np.ndarray[tuple[int], np.dtype[np.bool_]]]:
+def _shares(ids: Objects, lines: Objects) -> tuple[Floats, Flags]:
     """Return each piece's share of its directed line, and whether it has an opposite."""
     # Whole centimetres: the two directions of one street are often rounded apart.
     forward = [shapely.get_coordinates(line).round(2) + 0.0 for line in lines]

@@ -79,7 +79,8 @@ def congestion_map(
             handles.append(Line2D([], [], color=colour, linewidth=2 * width, label=label))
     axes.set(xlim=(x0, x1), ylim=(y0, y1), aspect="equal", xticks=[], yticks=[])
     axes.set_title(title, loc="left", fontsize=11)
-    axes.set_xlabel(f"CRS {crs_door.name(crs)}", fontsize=7, loc="left")
+    note = f"CRS {crs_door.name(crs)}. Length by direction; of two the occupied lies on top."
+    axes.set_xlabel(note, fontsize=7, loc="left")
     draw_scale_bar(axes, x1 - x0)
     draw_north_arrow(axes)
     figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=8, frameon=False)

@@ -40,21 +40,10 @@ def elements(
                 depth += 1
                 if depth == 1:
                     _refuse_doctype(element, options)
-                if depth > options.limits.depth:
-                    raise FileError(
-                        f"the XML is nested deeper than {options.limits.depth} levels",
-                        options.where,
-                        "this is not a traffic feed; check the file",
-                    )
                 if record is None and local_name(element) in names:
                     record, size = element, 0
                 size += 1
-                if record is not None and size > options.limits.elements:
-                    raise FileError(
-                        f"one record has more than {options.limits.elements} elements",
-                        options.where,
-                        "this is not a traffic feed; check the file",
-                    )
+                _refuse_excess(depth, 0 if record is None else size, options)
                 continue
             depth -= 1
             if element is record:
@@ -96,6 +85,18 @@ def _parser(source: _Source) -> Iterator[tuple[str, Element]]:
         remove_pis=True,
     )
     return parser
+
+
+def _refuse_excess(depth: int, size: int, options: FeedOptions) -> None:
+    limits = options.limits
+    if depth > limits.depth or size > limits.elements:
+        raise FileError(
+            f"the XML is nested deeper than {limits.depth} levels"
+            if depth > limits.depth
+            else f"one record has more than {limits.elements} elements",
+            options.where,
+            "this is not a traffic feed; check the file",
+        )
 
 
 def _refuse_doctype(root: Element, options: FeedOptions) -> None:
