@@ -12,15 +12,9 @@ import typer
 from covertool.cli import options
 from covertool.cli.app import app
 from covertool.cli.console import print_json
-from covertool.cli.coverage_output import (
-    Findings,
-    Town,
-    check_outputs,
-    json_content,
-    print_findings,
-    write_plot,
-    write_results,
-)
+from covertool.cli.coverage_files import check_outputs, write_plot, write_results
+from covertool.cli.coverage_findings import Findings, Town
+from covertool.cli.coverage_output import json_content, print_findings
 from covertool.cli.coverage_radii import choose_radii, shares_of
 from covertool.cli.inputs import Inputs, choose_inputs, read_inputs
 
@@ -151,7 +145,8 @@ def coverage(
             workers=workers, scheduler=scheduler, tile_m=tile, resume=resume,
         )  # fmt: skip
     else:
-        check_outputs(output, into, raster, plot, bool(curve or penetration))
+        curves = bool(curve or penetration)
+        check_outputs(output, into, raster, plot, curves=curves, overwrite=overwrite)
         shares = shares_of(penetration)
         town = _read(inputs, radius, device_class, crs, dst_crs, aoi)
         found = _compute(town, curve, shares, by, inputs.transit)

@@ -37,10 +37,17 @@ def choose_radii(
     try:
         radii_of(anchors, None)
     except ColumnError:
-        say(f"no --radius was given: using {DEFAULT_RADIUS_M:g} m (device class A)")
-        return [DEFAULT_RADIUS_M]
-    say("no --radius was given: using each anchor's own radius or device class")
-    return [None]
+        return default_radii(all_own=False)
+    return default_radii(all_own=len(anchors) > 0)
+
+
+def default_radii(all_own: bool) -> list[Radius]:
+    """Return the radii for options that name none, and say which on stderr."""
+    if all_own:
+        say("no --radius was given: using each anchor's own radius or device class")
+        return [None]
+    say(f"no --radius was given: using {DEFAULT_RADIUS_M:g} m (device class A)")
+    return [DEFAULT_RADIUS_M]
 
 
 def shares_of(text: str | None) -> list[float]:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from covertool.cli.console import progress, say
-from covertool.cli.coverage_output import Findings
-from covertool.cli.coverage_radii import DEFAULT_RADIUS_M, asked_radii
+from covertool.cli.console import progress
+from covertool.cli.coverage_findings import Findings
+from covertool.cli.coverage_radii import asked_radii, default_radii
 
 if TYPE_CHECKING:
     from covertool.cli.inputs import Inputs
@@ -50,17 +50,19 @@ def _job(
     tile_m: float | None,
 ) -> TileJob:
     from covertool.coverage.tiles import plan_job
-    from covertool.gis.sources import open_anchors, open_transit, size_of
+    from covertool.gis.sources import open_anchors, open_transit, summary_of
 
     transit = open_transit(inputs.transit, crs, dst_crs)
     anchors = open_anchors(inputs.anchors, crs, transit.crs)
-    count, largest_m = size_of(anchors)
-    radii = asked_radii(radius, classes)
-    if not radii:
-        say(f"no --radius was given: using {DEFAULT_RADIUS_M:g} m (device class A)")
-        radii = [DEFAULT_RADIUS_M]
+    summary = summary_of(anchors)
+    radii = asked_radii(radius, classes) or default_radii(summary.all_own)
     return plan_job(
-        anchors, transit, radii, anchors_count=count, largest_own_m=largest_m, tile_m=tile_m
+        anchors,
+        transit,
+        radii,
+        anchors_count=summary.count,
+        largest_own_m=summary.largest_own_m,
+        tile_m=tile_m,
     )
 
 

@@ -180,19 +180,37 @@ def bounds_of(anchors: Anchors) -> Bounds:
     return (float(x.min()), float(y.min()), float(x.max()), float(y.max()))
 
 
-def size_of(source: LoadedAnchors | ParquetAnchors) -> tuple[int, float]:
-    """Return how many anchors a source holds and the largest radius of their own (0 if none)."""
+@dataclass(frozen=True)
+class AnchorSummary:
+    """What a plan of tiles must know of its anchors.
+
+    Attributes
+    ----------
+    count : anchors in the source
+    largest_own_m : largest radius that an anchor names, itself or by its class; 0 if none does
+    all_own : whether every anchor names one
+    """
+
+    count: int
+    largest_own_m: float
+    all_own: bool
+
+
+def summary_of(source: LoadedAnchors | ParquetAnchors) -> AnchorSummary:
+    """Return the count and the own radii of a source's anchors, reading only what that needs."""
     if isinstance(source, LoadedAnchors):
         anchors = source.read()
-        radii, classes = anchors.radius_m, set(anchors.device_class)
+        radii, classes = anchors.radius_m, anchors.device_class
     else:
         import pyarrow.parquet as pq
 
         table = pq.read_table(source.path, columns=["radius_m", "device_class"])
         radii = np.asarray(table.column("radius_m").to_numpy(), dtype=float)
-        classes = set(table.column("device_class").unique().to_pylist())
-    known = [DEVICE_CLASSES[name].radius_m for name in classes if name in DEVICE_CLASSES]
-    return len(radii), float(max([*radii[np.isfinite(radii)], *known], default=0.0))
+        classes = np.array([*table.column("device_class").to_pylist(), None], dtype=object)[:-1]
+    known = {name: kind.radius_m for name, kind in DEVICE_CLASSES.items()}
+    own = np.where(np.isfinite(radii), radii, [known.get(name, np.nan) for name in classes])
+    found = own[np.isfinite(own)]
+    return AnchorSummary(len(own), float(found.max(initial=0.0)), found.size == len(own) > 0)
 
 
 @lru_cache(maxsize=2)
