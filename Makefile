@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
 
-.PHONY: run test lint test-all bench bench-quick clean
+.PHONY: run test lint bench bench-quick sample-study clean
 .DEFAULT_GOAL := run
 
 $(VENV)/installed: pyproject.toml constraints.txt
@@ -25,6 +25,10 @@ lint: $(VENV)/installed
 
 test: lint
 	$(BIN)/python -m pytest -n 2
+
+# Make the synthetic sample study anew; same seed, same bytes.
+sample-study: $(VENV)/installed
+	PYTHONPATH=training $(BIN)/python -m data.recipe
 
 clean:
 	rm -rf $(VENV) out build dist .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis

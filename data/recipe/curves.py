@@ -31,7 +31,7 @@ def length_m(points: Points) -> float:
 def resample(points: Points, step_m: float) -> Points:
     """Return the polyline with vertices at equal steps, about ``step_m`` apart."""
     along = distances(points)
-    count = max(int(round(along[-1] / step_m)), 1)
+    count = max(round(along[-1] / step_m), 1)
     at = np.linspace(0.0, along[-1], count + 1)
     return np.column_stack([np.interp(at, along, points[:, k]) for k in (0, 1)])
 

@@ -63,9 +63,7 @@ class _Town:
         shapely.prepare(self.land)
 
     def add(self, street: Street) -> None:
-        self.owner = np.concatenate(
-            [self.owner, np.full(len(street.points), len(self.streets))]
-        )
+        self.owner = np.concatenate([self.owner, np.full(len(street.points), len(self.streets))])
         self.xy = np.vstack([self.xy, street.points])
         self.streets.append(street)
 

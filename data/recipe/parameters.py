@@ -41,17 +41,21 @@ class Calibrated:
     Attributes
     ----------
     town_scale : stretch of the built-up boundary about the middle of the town
+    outskirts_m : how far the through roads run on beyond the built edge
     share_lot : share of the cars that stand in car parks
     share_kerb : share of the cars that stand along kerbs and in kerbside bays
     clustering : how unevenly streets fill: SD of a street's log weight
-    patch_clustering : the same for patches of the town, some hundred metres wide
+    patch_clustering : the same for patches of the town, a few dozen metres wide
+    pairing : share of neighbouring places that are taken or free together
     """
 
-    town_scale: float = 1.0
-    share_lot: float = 0.30
-    share_kerb: float = 0.22
-    clustering: float = 1.0
-    patch_clustering: float = 1.0
+    town_scale: float = 1.15
+    outskirts_m: float = 60.0
+    share_lot: float = 0.36
+    share_kerb: float = 0.2
+    clustering: float = 0.1
+    patch_clustering: float = 0.85
+    pairing: float = 0.85
 
 
 def stream(stage: str) -> np.random.Generator:

@@ -137,9 +137,17 @@ _RESERVED: dict[str, tuple[tuple[float, float], ...]] = {
 
 RAILWAY = smooth(
     np.array(
-        [(-1900, -60), (-1100, -260), (-500, -170), (75, -140), (500, -150), (1100, -260), (2000, -300)],
+        [
+            (-1900, -60),
+            (-1100, -260),
+            (-500, -170),
+            (75, -140),
+            (500, -150),
+            (1100, -260),
+            (2000, -300),
+        ],
         dtype=float,
-    )
+    )  # fmt: skip
 )
 """Canal and railway side by side; only through roads cross them."""
 

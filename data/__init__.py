@@ -1,0 +1,1 @@
+"""The sample study; its recipe is `data.recipe`."""
