@@ -130,13 +130,16 @@ def occupancy_table(
 def days_of(
     observations: Observations, network: Streets, options: OccupancyOptions
 ) -> list[OccupancyDay]:
-    """Return the figures of every local date that has observations, for every window."""
+    """Return the figures of every local date that has observations, for every window.
+
+    Dates on which something was observed but nothing near a window have blank figures.
+    """
     ids, piece_of = np.unique(network.segment_id.astype(str), return_inverse=True)
     timeline = Timeline(observations, ids.astype(object))
     lengths: Floats = np.bincount(piece_of, weights=network.length_m).astype(float)
     weights: Floats = np.bincount(piece_of, weights=network.weight).astype(float)
     figures = []
-    for day in local_days(observations.time, options.tz):
+    for day in _candidate_days(observations, options):
         for window, at in options.windows.items():
             moment = window_instant(day, at, options.tz)
             if moment is None:
@@ -147,7 +150,19 @@ def days_of(
             filled = filled_fraction(status, queue_m, lengths)
             name = HOLIDAY if day in options.holidays else DAYS[day.weekday()]
             figures.append(_day(day, name, window, status, filled, weights, options))
-    return figures
+    seen = set(local_days(observations.time, options.tz))
+    return [f for f in figures if f.date in seen or f.observed_fraction > 0]
+
+
+def _candidate_days(observations: Observations, options: OccupancyOptions) -> list[date]:
+    """Return the local dates on which an observation may be the nearest to a window.
+
+    A window shortly before midnight may be told by an observation shortly after it.
+    """
+    reach = np.timedelta64(options.tolerance)
+    ends = observations.until[~np.isnat(observations.until)]
+    times = np.concatenate([observations.time, ends])
+    return local_days(np.concatenate([times - reach, times, times + reach]), options.tz)
 
 
 def states(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -51,7 +51,17 @@ def rows(table: OccupancyTable) -> Rows:
             mean = means[group, window]
             row += [mean.text or "-", _percent(mean.filled_percent), str(mean.count)]
         body.append(row)
+        intervals = [means[group, window].ci95 for window in _windows(table)]
+        if any(intervals):
+            body.append([f"{group} 95 % from", *_thirds(intervals, 0)])
+            body.append([f"{group} 95 % to", *_thirds(intervals, 1)])
     return body
+
+
+def _thirds(intervals: Sequence[tuple[float, float] | None], end: int) -> list[str]:
+    """Return one end of each window's interval, under the first of the window's three columns."""
+    ends = ["-" if interval is None else half_up(interval[end]) for interval in intervals]
+    return [text for value in ends for text in (value, "", "")]
 
 
 def content(table: OccupancyTable) -> dict[str, Any]:
@@ -90,12 +100,13 @@ def _write_csv(path: Path, table: OccupancyTable) -> None:
     names = ("day", "window", "percent", "filled_percent", "days", "observed_fraction")
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(names)
+        writer.writerow([*names, "ci95_low", "ci95_high"])
         for cell in table.cells:
-            writer.writerow([getattr(cell, name) for name in names])
+            writer.writerow([*(getattr(cell, name) for name in names), *(cell.ci95 or ("", ""))])
         for mean in table.means:
             figures = (mean.percent, mean.filled_percent, mean.count, "")
-            writer.writerow([f"{mean.group} mean", mean.window, *figures])
+            interval = mean.ci95 or ("", "")
+            writer.writerow([f"{mean.group} mean", mean.window, *figures, *interval])
 
 
 def _write_xlsx(path: Path, table: OccupancyTable) -> None:
@@ -121,7 +132,7 @@ def _write_xlsx(path: Path, table: OccupancyTable) -> None:
 
 
 def _number(text: str) -> float | None:
-    return None if text == "-" else float(text)
+    return float(text) if text not in ("-", "") else None
 
 
 def _write_latex(path: Path, table: OccupancyTable) -> None:

@@ -74,7 +74,7 @@ def test_the_papers_table_is_printed_without_any_input():
     command = [sys.executable, "-m", "covertool", "congestion", "table", "--paper"]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     lines = done.stdout.splitlines()
-    assert lines[-2].split()[:3] == ["weekday", "mean", "22.64"]
+    assert lines[-4].split()[:3] == ["weekday", "mean", "22.64"]
     assert "13.03" in lines[-1]
 
 

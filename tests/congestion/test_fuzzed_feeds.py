@@ -41,7 +41,7 @@ PUT = st.sampled_from(TOKENS) | st.binary(max_size=4)
 
 
 @pytest.mark.parametrize("name", list(FEEDS))
-@settings(max_examples=120, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=80, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(st.lists(st.tuples(st.floats(0, 1), st.integers(0, 12), PUT), min_size=1, max_size=4))
 def test_a_damaged_feed_is_read_or_refused(name, cuts):
     raw = FEEDS[name]

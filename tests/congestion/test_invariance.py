@@ -37,7 +37,7 @@ def percent(observations, town, options=OPTIONS):
     return found.percent, found.filled_percent, found.observed_fraction
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(lengths, rows, st.floats(0.05, 0.95))
 def test_splitting_a_segment_changes_nothing(sizes, given_rows, cut):
     town = network(dict(zip(IDS, sizes, strict=True)))
@@ -59,7 +59,7 @@ def test_splitting_a_segment_changes_nothing(sizes, given_rows, cut):
     assert percent(seen(*doubled), split) == pytest.approx(whole)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(lengths, rows, st.randoms(use_true_random=False))
 def test_the_order_of_rows_changes_nothing(sizes, given_rows, random):
     town = network(dict(zip(IDS, sizes, strict=True)))
@@ -70,7 +70,7 @@ def test_the_order_of_rows_changes_nothing(sizes, given_rows, random):
     assert percent(seen(*shuffled), mixed) == pytest.approx(percent(seen(*table), town))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(lengths, rows, st.sets(st.sampled_from(ORDERED), min_size=1))
 def test_a_larger_occupied_set_never_flags_less(sizes, given_rows, chosen):
     town = network(dict(zip(IDS, sizes, strict=True)))
@@ -89,7 +89,7 @@ def test_a_larger_occupied_set_never_flags_less(sizes, given_rows, chosen):
         assert small is None or large >= small - 1e-9
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(lengths, rows)
 def test_every_percentage_lies_between_0_and_100(sizes, given_rows):
     town = network(dict(zip(IDS, sizes, strict=True)))

@@ -278,3 +278,19 @@ def test_a_half_rounds_up_in_decimal():
 
 def test_tolerance_is_a_length_of_time():
     assert options().tolerance == timedelta(minutes=10)
+
+
+def test_a_window_before_midnight_is_told_by_an_observation_after_it():
+    town = network({"a": 100})
+    rows = seen(("a", "2014-06-17T00:02", "slow"))
+    table = occupancy_table(rows, town, options(windows={"late": time(23, 55)}))
+    assert [(c.day, c.percent) for c in table.cells] == [("Monday", 100.0), ("Tuesday", None)]
+
+
+def test_an_interval_over_two_days_tells_both():
+    town = network({"a": 100})
+    rows = Observations.from_columns(
+        ["a"], ["2014-06-16T10:00"], ["slow"], until=["2014-06-17T18:00"]
+    )
+    table = occupancy_table(rows, town, options())
+    assert [(c.day, c.percent) for c in table.cells] == [("Monday", 100.0), ("Tuesday", 100.0)]

@@ -40,7 +40,7 @@ def test_n_cars_need_seven_and_a_half_n_less_one_and_a_half_metres(n):
     assert cars_in_queue(needed - 0.01) == max(n - 1, 0)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(st.floats(1, 400), st.floats(0, 2000), st.integers(1, 4))
 def test_no_queue_is_longer_than_its_segment(length_m, queue_m, lanes):
     cars, _ = queue_anchors(east(length_m, lanes), words("free"), np.array([queue_m]))
