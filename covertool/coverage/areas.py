@@ -119,11 +119,14 @@ def grids(
 ) -> tuple[EdgeGrid, DiscGrid]:
     """Return transit edges and discs in grids that share one local origin.
 
-    The cells are about a radius wide, but there are no more of them than the input is worth.
+    The cells are a radius wide where few discs overlap and half of one where many do, for then
+    most cells are decided whole; there are no more of them than the input is worth.
     """
-    size = np.ptp(edges.reshape(-1, 2), axis=0)
-    smallest = math.sqrt(float(size[0] * size[1]) / (4096 + 64 * (x.size + len(edges))))
-    transit = edge_grid(edges, max(0.9 * float(np.median(radius)), smallest), attempt)
+    width, height = (float(np.ptp(edges[:, axis])) for axis in (0, 1))
+    overlap = math.pi * float(radius @ radius) / (width * height)
+    wished = (0.5 + 0.5 * min(1.0, 2.0 / overlap)) * float(np.median(radius))
+    smallest = math.sqrt(width * height / (4096 + 64 * (x.size + len(edges))))
+    transit = edge_grid(edges, max(wished, smallest), attempt)
     return transit, disc_grid(x - transit.x0_m, y - transit.y0_m, radius, weight)
 
 

@@ -82,8 +82,8 @@ def edge_grid(edges: Floats, cell_m: float, attempt: int = 0) -> EdgeGrid:
     The cells are made larger when there would be too many of them. ``attempt`` chooses one of
     three shifts of the grid.
     """
-    low = np.minimum(edges[:, :2].min(axis=0), edges[:, 2:].min(axis=0))
-    high = np.maximum(edges[:, :2].max(axis=0), edges[:, 2:].max(axis=0))
+    low = np.array([edges[:, axis].min() for axis in (0, 1)])
+    high = np.array([edges[:, axis].max() for axis in (0, 1)])
     width, height = (float(size) for size in high - low)
     while (width / cell_m + 3) * (height / cell_m + 3) > MAX_CELLS:
         cell_m *= 1.25

@@ -1,0 +1,192 @@
+"""The coverage engine beside the ways that users have today, in one run, as ratios.
+
+The town is made here: streets on a bent grid, cars along their kerbs, some blocks fuller than
+others. Peers and engine take turns, and the medians are compared.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import shapely
+from pyproj import CRS
+from scipy.spatial import cKDTree
+
+from covertool.coverage import level_areas, level_regions
+from covertool.gis.parquet import ParquetAnchors, write_anchors
+from covertool.model import Anchors, TransitArea
+
+ITM = CRS.from_epsg(2157)
+DEVICE_RADII_M = (15.0, 100.0, 400.0, 1000.0)
+
+
+def town(cars: int, seed: int = 1) -> tuple[Anchors, TransitArea]:
+    """Return parked cars and the carriageways of a made-up town, 14 m of street to a car."""
+    random = np.random.default_rng(seed)
+    spacing, width = 90.0, 9.0
+    side = max(300.0, float(np.sqrt(cars * 14.0 * spacing / 2)))
+    lines = []
+    for street in range(int(side // spacing) + 1):
+        along = np.linspace(0, side, int(side / 40) + 2)
+        for turned in (False, True):
+            bend = 8 * np.sin(along / 130 + street) + random.normal(0, 0.5, along.size)
+            across = street * spacing + bend
+            lines.append(np.column_stack([across, along] if turned else [along, across]))
+    streets = shapely.linestrings(np.concatenate(lines), indices=np.repeat(
+        np.arange(len(lines)), [len(line) for line in lines]))  # fmt: skip
+    roads = shapely.union_all(shapely.buffer(streets, width / 2, cap_style="flat"))
+    street = random.integers(len(streets), size=cars)
+    # Two of three cars stand in the fuller blocks.
+    block = random.integers(int(side // spacing) + 1, size=cars)
+    block = np.where(random.random(cars) < 2 / 3, block // 3 * 3, block)
+    place = (block + random.uniform(0, 1, cars)) * spacing % (side - 2)
+    here = shapely.line_interpolate_point(streets[street], place)
+    ahead = shapely.line_interpolate_point(streets[street], place + 1)
+    x, y = shapely.get_x(here), shapely.get_y(here)
+    dx, dy = shapely.get_x(ahead) - x, shapely.get_y(ahead) - y
+    kerb = random.choice([-1.0, 1.0], cars) * (width / 2 + 1) / np.maximum(np.hypot(dx, dy), 1e-9)
+    anchors = Anchors.from_points(x - dy * kerb + 7e5, y + dx * kerb + 7.4e5, ITM)
+    moved = shapely.transform(roads, lambda p: p + np.array([7e5, 7.4e5]))
+    return anchors, TransitArea(shapely.MultiPolygon(shapely.get_parts(moved).tolist()), ITM)
+
+
+def divide_and_conquer(anchors: Anchors, transit: TransitArea, radius_m: float) -> list[Any]:
+    """Return regions of Levels 1-3 by merging halves with overlays capped at three levels."""
+    points = shapely.points(anchors.x_m, anchors.y_m)
+    at_least = _merged(shapely.buffer(points, radius_m, quad_segs=16), anchors.x_m, anchors.y_m)
+    clipped = [shapely.intersection(region, transit.polygons) for region in at_least]
+    return [
+        shapely.difference(clipped[0], clipped[1]),
+        shapely.difference(clipped[1], clipped[2]),
+        clipped[2],
+    ]
+
+
+def _merged(discs: Any, x: Any, y: Any) -> tuple[Any, Any, Any]:
+    if len(discs) == 1:
+        return discs[0], shapely.Polygon(), shapely.Polygon()
+    order = np.argsort(x if np.ptp(x) > np.ptp(y) else y)
+    halves = order[: len(order) // 2], order[len(order) // 2 :]
+    (a1, a2, a3), (b1, b2, b3) = (_merged(discs[h], x[h], y[h]) for h in halves)
+    return (
+        shapely.union(a1, b1),
+        shapely.union_all([a2, b2, shapely.intersection(a1, b1)]),
+        shapely.union_all([a3, b3, shapely.intersection(a2, b1), shapely.intersection(a1, b2)]),
+    )
+
+
+def node_and_polygonize(anchors: Anchors, transit: TransitArea, radius_m: float) -> Any:
+    """Return level areas by noding all outlines, polygonizing, and counting discs over faces."""
+    points = shapely.points(anchors.x_m, anchors.y_m)
+    discs = shapely.buffer(points, radius_m, quad_segs=16)
+    outlines = shapely.boundary(np.append(discs, transit.polygons))
+    faces = shapely.get_parts(shapely.polygonize([shapely.union_all(outlines)]))
+    inner = shapely.point_on_surface(faces)
+    face, _ = shapely.STRtree(discs).query(inner, predicate="within")
+    depth = np.minimum(np.bincount(face, minlength=len(faces)), 3)
+    shapely.prepare(transit.polygons)
+    inside = shapely.contains_properly(transit.polygons, inner)
+    return np.bincount(depth[inside], shapely.area(faces[inside]), minlength=4)
+
+
+def engine(anchors: Anchors, transit: TransitArea, radius_m: Any) -> Any:
+    return level_areas(anchors.x_m, anchors.y_m, radius_m, transit.polygons)
+
+
+def seconds(work: Callable[[], object]) -> float:
+    started = time.perf_counter()
+    work()
+    return time.perf_counter() - started
+
+
+def ratio(peer: Callable[[], object], ours: Callable[[], object], turns: int) -> dict[str, float]:
+    """Return the median seconds of both, taken in turns, and peer over ours."""
+    taken = [(seconds(peer), seconds(ours)) for _ in range(turns)]
+    peer_s, ours_s = (statistics.median(column) for column in zip(*taken, strict=True))
+    return {"peer_s": peer_s, "covertool_s": ours_s, "ratio": peer_s / ours_s}
+
+
+def run(quick: bool = False) -> dict[str, dict[str, float]]:
+    """Return the figures of every row; quick leaves out what takes minutes."""
+    rows: dict[str, dict[str, float]] = {}
+    small, roads = town(4541)
+    engine(*town(10), 15.0)
+    level_regions(*town(10), 15.0)
+    for radius in (15.0, 100.0):
+        rows[f"4541 cars, {radius:g} m: divide and conquer / covertool (>= 50)"] = ratio(
+            lambda r=radius: divide_and_conquer(small, roads, r),
+            lambda r=radius: engine(small, roads, r),
+            1 if quick else 3,
+        )
+        if radius == 15.0 or not quick:
+            rows[f"4541 cars, {radius:g} m: node and polygonize / covertool (>= 80)"] = ratio(
+                lambda r=radius: node_and_polygonize(small, roads, r),
+                lambda r=radius: engine(small, roads, r),
+                1,
+            )
+    rows["4541 cars, 15 m, regions: divide and conquer / covertool (>= 5)"] = ratio(
+        lambda: divide_and_conquer(small, roads, 15.0),
+        lambda: level_regions(small, roads, 15.0),
+        1 if quick else 3,
+    )
+    if not quick:
+        large, wide = town(100_000)
+        rows["100000 cars, 15 m: divide and conquer / covertool (>= 100)"] = ratio(
+            lambda: divide_and_conquer(large, wide, 15.0), lambda: engine(large, wide, 15.0), 1
+        )
+    rows.update(_against_reading(100_000 if quick else 1_000_000))
+    rows.update(_growth((10_000, 100_000) if quick else (100_000, 1_000_000, 5_000_000)))
+    return rows
+
+
+def _against_reading(cars: int) -> dict[str, dict[str, float]]:
+    """Return covertool over (reading the GeoParquet and building a cKDTree)."""
+    anchors, transit = town(cars)
+    mixed = np.random.default_rng(2).choice(DEVICE_RADII_M, cars)
+    works = {f"{radius:g} m": radius for radius in DEVICE_RADII_M} | {"mixed classes": mixed}
+    rows = {}
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "anchors.parquet"
+        write_anchors(path, anchors)
+
+        def read_and_index() -> cKDTree:
+            found = ParquetAnchors(path).read()
+            return cKDTree(np.column_stack([found.x_m, found.y_m]))
+
+        for name, radius in works.items():
+            found = ratio(read_and_index, lambda r=radius: engine(anchors, transit, r), 3)
+            found["ratio"] = 1 / found["ratio"]
+            demand = {"15 m": 10, "100 m": 6, "mixed classes": 6}.get(name, 3)
+            rows[f"{cars} cars, {name}: covertool / (read + cKDTree) (<= {demand})"] = found
+    return rows
+
+
+def _growth(sizes: tuple[int, ...]) -> dict[str, dict[str, float]]:
+    """Return the exponent with which the time at 15 m grows with the number of cars."""
+    taken = []
+    for cars in sizes:
+        anchors, transit = town(cars)
+        taken.append(min(seconds(lambda a=anchors, t=transit: engine(a, t, 15.0)) for _ in "12"))
+    slope = float(np.polyfit(np.log(sizes), np.log(taken), 1)[0])
+    name = f"growth from {sizes[0]} to {sizes[-1]} cars, 15 m: exponent (<= 1.05)"
+    return {name: {"peer_s": taken[0], "covertool_s": taken[-1], "ratio": slope}}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="leave out what takes minutes")
+    rows = run(parser.parse_args().quick)
+    print("| work (demand) | peer, s | covertool, s | ratio |\n| --- | ---: | ---: | ---: |")
+    for name, row in rows.items():
+        print(f"| {name} | {row['peer_s']:.3f} | {row['covertool_s']:.3f} | {row['ratio']:.3g} |")
+
+
+if __name__ == "__main__":
+    main()
