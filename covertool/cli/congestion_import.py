@@ -72,7 +72,7 @@ def import_feed(
 
     \b
     With --segments the lines that a feed draws are matched to the segments along which they run.
-    With --format trips a network file goes to a GIS format, as a layer segments or junctions.
+    With --format trips a network file goes to a GIS file, as a layer segments or junctions.
     """
     assert output is not None
     feed_options = _options(
@@ -86,7 +86,7 @@ def import_feed(
         allow_partial=allow_partial,
     )
     statuses: dict[str, int] = {}
-    if feed_format == "trips" and output.suffix.lower() not in (".csv", ".parquet"):
+    if feed_format == "trips" and not _has_travel_times(sources[0]):
         if len(sources) > 1:
             raise typer.BadParameter("import one network file at a time", param_hint="IN")
         rows = _network(sources[0], output, feed_options, overwrite)
@@ -152,14 +152,28 @@ def _with_sites(feed_options: FeedOptions, sites: Path | None, feed_format: str)
         return replace(feed_options, sites=read_sites(stream, table_options))
 
 
+def _has_travel_times(source: Path) -> bool:
+    """Return whether a TRIPS file holds travel times; if not, it is of the network itself."""
+    from covertool.congestion.feeds.trips import TRAVEL_TIME
+
+    return TRAVEL_TIME in _columns(source)
+
+
+def _columns(source: Path) -> list[str]:
+    from covertool.gis.streams import open_stream
+
+    with open_stream(source) as stream:
+        first_line = stream.read(4096).partition(b"\n")[0]
+    return [name.strip() for name in first_line.decode("utf-8-sig", "replace").split(",")]
+
+
 def _network(source: Path, output: Path, feed_options: FeedOptions, overwrite: bool) -> int:
     """Write the network of a TRIPS file: links when it has lines, else its junctions."""
     from covertool.congestion.feeds import trips
     from covertool.gis.streams import open_stream
     from covertool.gis.write import write_layers
 
-    with open_stream(source) as stream:
-        lines = b"WKT" in stream.read(4096).partition(b"\n")[0]
+    lines = "SiteID" not in _columns(source)
     with open_stream(source) as stream:
         read = trips.network if lines else trips.junctions
         frame = read(stream, feed_options)

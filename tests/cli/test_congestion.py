@@ -126,10 +126,12 @@ def test_the_real_feeds_import(run, tmp_path, name, file, more, rows):
 
 
 @needs_shared
-def test_the_real_trips_network_imports_as_segments(run, tmp_path):
-    out = tmp_path / "net.gpkg"
+@pytest.mark.parametrize("suffix", ["gpkg", "parquet"])
+def test_the_real_trips_network_imports_as_segments(run, tmp_path, suffix):
+    out = tmp_path / f"net.{suffix}"
     run("congestion", "import", "--format", "trips", SHARED / "dublin_trips_routes.csv", "-o", out)
-    assert len(gpd.read_file(out, layer="segments")) == 488
+    links = gpd.read_parquet(out) if suffix == "parquet" else gpd.read_file(out, layer="segments")
+    assert len(links) == 488
 
 
 def test_every_format_of_the_table_is_written(run, town):

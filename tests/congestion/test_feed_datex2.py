@@ -9,6 +9,7 @@ import pytest
 from covertool.congestion.clock import zone
 from covertool.congestion.feeds.protocol import FeedOptions, Site
 from covertool.congestion.feeds.sites import read_sites
+from covertool.congestion.status import profile_named
 from covertool.errors import FileError
 from tests.congestion.feedtools import read, statuses
 from tests.congestion.town import SHARED
@@ -194,3 +195,17 @@ def test_a_closed_road_is_closed_and_a_closed_lane_is_not():
     body = situation("road", 1, validity() + management.format("roadClosed"), kind)
     body += situation("lane", 1, validity() + management.format("laneClosures"), kind)
     assert statuses(read("datex2", publication(body))) == {"road": "closed"}
+
+
+def test_a_profile_of_bands_alone_leaves_the_feeds_words_alone():
+    times = (
+        "<travelTime><duration>100</duration></travelTime>"
+        "<freeFlowTravelTime><duration>30</duration></freeFlowTravelTime>"
+    )
+    body = site("word", status("heavy")) + site("speed", times)
+    tile = profile_named("tomtom-tile")
+    # A relative speed of 0.30 is slow by DATEX II (0.25) and very slow by the tiles (0.35).
+    assert statuses(read("datex2", publication(body))) == {"word": "slow", "speed": "slow"}
+    assert statuses(read("datex2", publication(body), profile=tile)) == {
+        "word": "slow", "speed": "very_slow",
+    }  # fmt: skip

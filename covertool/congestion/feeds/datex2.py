@@ -124,7 +124,7 @@ class _Publication:
 
     def _word(self, word: str | None) -> str:
         if word not in self.words:
-            profile = self.options.profile or DATEX2_V2
+            profile = self.options.word_profile(DATEX2_V2)
             self.words[word] = str(status_of_words(np.array([word], dtype=object), profile)[0])
         return self.words[word]
 

@@ -104,6 +104,10 @@ class FeedOptions:
         chosen = self.profile
         return chosen if chosen is not None and chosen.bands is not None else DATEX
 
+    def word_profile(self, own: Profile) -> Profile:
+        """Return the profile for words: the chosen one when it has words, else the feed's own."""
+        return self.profile if self.profile is not None and self.profile.words else own
+
 
 @dataclass(frozen=True, slots=True)
 class FlowRecord:

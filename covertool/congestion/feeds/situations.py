@@ -71,7 +71,7 @@ class Situations:
         word = text(element, "abnormalTrafficType")
         if word in (None, "unspecifiedAbnormalTraffic", "other"):
             return None
-        profile = self.options.profile or DATEX2_V2
+        profile = self.options.word_profile(DATEX2_V2)
         return str(status_of_words(np.array([word], dtype=object), profile)[0])
 
     def _until(self, element: Element, published: datetime) -> datetime | None:

@@ -26,7 +26,8 @@ log = logging.getLogger(__name__)
 
 IRISH_GRID = CRS.from_epsg(29903)
 """TM75 / Irish Grid, in which the network is published."""
-_TRAVEL_TIME = "STT"
+TRAVEL_TIME = "STT"
+"""The column of smoothed travel times, in seconds."""
 
 
 def read(stream: BinaryIO, options: FeedOptions) -> Iterator[Observations]:
@@ -39,11 +40,11 @@ def read(stream: BinaryIO, options: FeedOptions) -> Iterator[Observations]:
     import pandas as pd
 
     frame = _table(stream, options, ("TCS1", "TCS2"))
-    if _TRAVEL_TIME not in frame:
+    if TRAVEL_TIME not in frame:
         raise ColumnError(
-            f"there is no travel time {_TRAVEL_TIME} (found: {', '.join(frame.columns)})",
+            f"there is no travel time {TRAVEL_TIME} (found: {', '.join(frame.columns)})",
             options.where,
-            "to import the network itself, write it to a .gpkg",
+            "give the travel times file of TRIPS",
         )
     if not options.free_speed_mps > 0:
         raise OptionError(
@@ -52,7 +53,7 @@ def read(stream: BinaryIO, options: FeedOptions) -> Iterator[Observations]:
             "add --free-speed 50 --speed-unit km/h",
         )
     ids = _link_ids(frame)
-    seconds = pd.to_numeric(frame[_TRAVEL_TIME], errors="coerce").to_numpy(dtype=float)
+    seconds = pd.to_numeric(frame[TRAVEL_TIME], errors="coerce").to_numpy(dtype=float)
     speed = np.where(seconds > 0, _lengths(ids, options.sites) / seconds, np.nan)
     relative = speed / options.free_speed_mps
     yield Observations.from_columns(

@@ -58,7 +58,7 @@ def _status(jam: Mapping[str, Any], options: FeedOptions) -> str:
         return CLOSED
     level = jam.get("level")
     word = None if level is None else str(level)
-    return str(status_of_words(np.array([word], dtype=object), options.profile or WAZE)[0])
+    return str(status_of_words(np.array([word], dtype=object), options.word_profile(WAZE))[0])
 
 
 def _speed(jam: Mapping[str, Any], options: FeedOptions) -> float:
