@@ -11,7 +11,7 @@ from covertool.model import Floats
 from covertool.positioning.estimators import Estimator, Measurements, State
 from covertool.positioning.gps import Sensors, noise_of_runs
 from covertool.positioning.hearing import Hearing, Mask, Step, Steps
-from covertool.positioning.linear import fuse_position
+from covertool.positioning.linear import DIFFUSE_M2, fuse_position
 from covertool.positioning.neighbours import Candidates, Selection
 from covertool.positioning.noise import ANCHOR, Indices
 from covertool.positioning.options import PositioningOptions
@@ -227,7 +227,10 @@ class Filtering:
         covariance[due] = self._options.gps_axis_m**2 * np.array([1.0, 0.0, 1.0])
         waiting = self._rows(halted & ~used)
         if waiting.any():
-            before = State(predicted.position[waiting], predicted.covariance[waiting])
+            first = self._rows(step.halted == 1)[:, None]  # from now on by GPS alone
+            unknown = DIFFUSE_M2 * np.array([1.0, 0.0, 1.0])
+            before_m2 = np.where(first, unknown, predicted.covariance)
+            before = State(predicted.position[waiting], before_m2[waiting])
             averaged = fuse_position(before, gps[waiting], self._fusion_m2)
             position[waiting], covariance[waiting] = averaged.position, averaged.covariance
         if not self._estimator.gives_covariance:
