@@ -122,6 +122,18 @@ def occupancy_table(
     ------
     ColumnError, GeometryError, OptionError
         When observations and network do not fit, or an option is out of range.
+
+    Examples
+    --------
+    >>> import geopandas as gpd
+    >>> lines = [shapely.LineString([(0, y), (100, y)]) for y in (0, 50, 100, 150)]
+    >>> town = gpd.GeoDataFrame({"segment_id": list("abcd")}, geometry=lines, crs=2157)
+    >>> seen = Observations.from_columns(
+    ...     list("abcd"), ["2014-06-16T12:00"] * 4, ["slow", "free", "free", "free"]
+    ... )
+    >>> table = occupancy_table(seen, town, OccupancyOptions(ZoneInfo("Europe/Dublin")))
+    >>> [(cell.day, cell.window, cell.percent) for cell in table.cells]
+    [('Monday', 'lunch', 25.0), ('Monday', 'evening', None)]
     """
     network = streets(segments, weight=weight, aoi=aoi)
     return table_of_days(days_of(observations, network, options), options)

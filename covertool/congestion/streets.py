@@ -79,6 +79,16 @@ def streets(
     ------
     ColumnError, GeometryError, OptionError
         When there is no id, no line at all, or no such weight.
+
+    Examples
+    --------
+    >>> import geopandas as gpd
+    >>> line = shapely.LineString([(0, 0), (100, 0)])
+    >>> both = gpd.GeoDataFrame(
+    ...     {"segment_id": ["there", "back"]}, geometry=[line, line.reverse()], crs=2157
+    ... )
+    >>> streets(both, weight="undirected").weight.tolist()
+    [50.0, 50.0]
     """
     pieces = _pieces(frame)
     lines = np.asarray(pieces.geometry.values, dtype=object)

@@ -59,6 +59,14 @@ def congestion_map(
     title : str
     width_in : float
         Width of the figure in inches; the height follows from the map.
+
+    Examples
+    --------
+    >>> from pyproj import CRS
+    >>> lines = np.array([shapely.LineString([(0, 0), (900, 400)])], dtype=object)
+    >>> black = np.array(["occupied"], dtype=object)
+    >>> congestion_map(lines, black, CRS(2157), title="noon").axes[0].get_title(loc="left")
+    'noon'
     """
     x0, y0, x1, y1 = shapely.total_bounds(lines)
     margin = 0.03 * max(x1 - x0, y1 - y0)
