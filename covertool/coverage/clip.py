@@ -19,7 +19,7 @@ def clipped(polygons: shapely.MultiPolygon, region: shapely.Geometry) -> shapely
     """
     parts = shapely.get_parts(polygons)
     shapely.prepare(region)
-    whole = shapely.contains_properly(region, parts)
+    whole = shapely.covers(region, parts)
     meets = shapely.intersects(region, parts) & ~whole
     cut = shapely.intersection(parts[meets], region)
     pieces = shapely.get_parts(shapely.get_parts(np.concatenate([parts[whole], cut])))

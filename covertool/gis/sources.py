@@ -20,8 +20,9 @@ from covertool.gis import guard
 from covertool.gis.formats import GEOPARQUET
 from covertool.gis.parquet import ParquetAnchors
 from covertool.gis.read import read_anchors, read_transit
-from covertool.model import Anchors, Bounds, TransitArea
+from covertool.model import Anchors, Bounds, Objects, TransitArea
 
+_POLYGON = 3
 _VERTICES_IN_PIECE = 512
 _PIECES_IN_GROUP = 1024
 
@@ -80,14 +81,14 @@ class ParquetTransit:
     bounds: Bounds
 
     def read(self, bounds: Bounds | None = None) -> TransitArea:
-        """Return the pieces that meet bounds, or all, united."""
+        """Return the transit area inside bounds, or all of it."""
         import geopandas as gpd
 
         frame = gpd.read_parquet(self.path, columns=["geometry"], bbox=bounds)
-        united = shapely.union_all(np.asarray(frame.geometry.array, dtype=object))
-        parts = shapely.get_parts(united)
-        polygons = list(parts[shapely.get_type_id(parts) == 3])
-        return TransitArea(shapely.MultiPolygon(polygons), self.crs)
+        pieces = np.asarray(frame.geometry.array, dtype=object)
+        if bounds is not None:
+            pieces = _inside(pieces, bounds)
+        return TransitArea(_united(pieces), self.crs)
 
 
 def open_anchors(
@@ -168,8 +169,31 @@ def subdivided(transit: TransitArea) -> list[shapely.Polygon]:
             middle = (y0 + y1) / 2
             halves = [shapely.box(x0, y0, x1, middle), shapely.box(x0, middle, x1, y1)]
         parts = shapely.get_parts(shapely.intersection(polygon, halves))
-        large.extend(parts[shapely.get_type_id(parts) == 3])
+        large.extend(parts[shapely.get_type_id(parts) == _POLYGON])
     return small
+
+
+def _inside(pieces: Objects, bounds: Bounds) -> Objects:
+    """Return the pieces inside bounds; only those that cross the border are cut."""
+    box = shapely.box(*bounds)
+    shapely.prepare(box)
+    whole = shapely.covers(box, pieces)
+    return np.concatenate([pieces[whole], shapely.intersection(pieces[~whole], box)])
+
+
+def _united(pieces: Objects) -> shapely.MultiPolygon:
+    """Return pieces that touch along shared edges as one; fast where their vertices match."""
+    parts = _polygons(pieces)
+    united = shapely.coverage_union_all(parts)
+    if not united.is_valid:
+        united = shapely.union_all(parts)
+    return shapely.MultiPolygon(list(_polygons([united])))
+
+
+def _polygons(geometries: Any) -> Objects:
+    parts = shapely.get_parts(shapely.get_parts(geometries))
+    polygons: Objects = parts[shapely.get_type_id(parts) == _POLYGON]
+    return polygons
 
 
 def bounds_of(anchors: Anchors) -> Bounds:

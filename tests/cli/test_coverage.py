@@ -110,7 +110,7 @@ def test_the_table_has_a_row_for_each_level_and_nothing_else_is_on_stdout(mixed)
     assert labels[:4] == ["Level 0", "Level 1", "Level 2", "Level 3"]
     assert "scale factor 0.9998" in done.stdout
     assert "Closure residual" in done.stdout
-    assert done.stderr == ""
+    assert all("compiling" in line for line in done.stderr.splitlines())
 
 
 def test_two_runs_differ_only_in_provenance_and_seconds(mixed):
