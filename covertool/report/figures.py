@@ -170,4 +170,5 @@ def draw_north_arrow(axes: Axes) -> None:
     axes.annotate(
         "N", xy=(0.96, 0.97), xytext=(0.96, 0.88), xycoords="axes fraction", ha="center",
         va="center", fontsize=10, arrowprops={"arrowstyle": "-|>", "facecolor": "black"},
+        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.5}, zorder=6,
     )  # fmt: skip

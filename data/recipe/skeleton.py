@@ -147,7 +147,7 @@ RAILWAY = smooth(
             (2000, -300),
         ],
         dtype=float,
-    )  # fmt: skip
+    )
 )
 """Canal and railway side by side; only through roads cross them."""
 
