@@ -28,6 +28,7 @@ _SPECK_M2 = 6.0
 """Smaller than a parked car: no carriageway, and no island in one."""
 
 _SLIVER_M2 = 0.01
+_SLIT_M = 0.5
 _SPECK_BUDGET = 0.8 * AREA_TOLERANCE
 _SMOOTHING_PX = (1.0, 0.5, 0.25)
 
@@ -110,7 +111,16 @@ def transit_from_roads(roads: gpd.GeoDataFrame, choice: RoadChoice | None = None
     bodies = shapely.buffer(lines, widths / 2, cap_style="flat", join_style="round", quad_segs=8)
     joints = _joints(lines, widths / 2)
     _LOG.info("%d of %d roads are carriageways", len(lines), len(tags))
-    return TransitArea(_united(np.concatenate([bodies, joints])), roads.crs)
+    whole = _united(np.concatenate([bodies, joints]))
+    return TransitArea(shapely.MultiPolygon([_without_slits(p) for p in whole.geoms]), roads.crs)
+
+
+def _without_slits(polygon: shapely.Polygon) -> shapely.Polygon:
+    """Return a polygon without holes too thin for a kerb between two carriageways."""
+    holes = np.array([shapely.Polygon(ring) for ring in polygon.interiors], dtype=object)
+    thin = shapely.is_empty(shapely.buffer(holes, -_SLIT_M / 2, quad_segs=1))
+    kept = [ring for ring, gone in zip(polygon.interiors, thin, strict=True) if not gone]
+    return shapely.Polygon(polygon.exterior, kept)
 
 
 def seen_part(area: TransitArea, images: Sequence[RasterSource]) -> TransitArea:
@@ -207,15 +217,29 @@ def _without_specks(outlines: Objects, exact: Objects, total_m2: float) -> Objec
 
 
 def _smoothed(outlines: Objects, tolerance_px: float) -> Objects:
-    """Return outlines through the middles of the pixels' sides, without superfluous vertices."""
-    drawn = [
-        shapely.Polygon(_through_middles(p.exterior), [_through_middles(r) for r in p.interiors])
-        for p in outlines
-    ]
-    simple: Objects = shapely.simplify(
-        np.array(drawn, dtype=object), tolerance_px, preserve_topology=True
+    """Return outlines with slopes for stair steps and without superfluous vertices."""
+    return np.array(
+        [
+            shapely.difference(
+                _smoothed_ring(outline.exterior, tolerance_px),
+                shapely.union_all([_smoothed_ring(r, tolerance_px) for r in outline.interiors]),
+            )
+            for outline in outlines
+        ],
+        dtype=object,
     )
-    return simple
+
+
+def _smoothed_ring(ring: shapely.LinearRing, tolerance_px: float) -> shapely.Geometry:
+    """Return the inside of a ring, simplified and then moved out or in so that it keeps its area.
+
+    A line through stair steps is off by a part of a step; the shift is the area's error over the
+    length of the ring.
+    """
+    exact = shapely.Polygon(ring).area
+    simple = shapely.simplify(shapely.Polygon(_through_middles(ring)), tolerance_px)
+    shift = (exact - simple.area) / simple.length
+    return shapely.buffer(simple, shift, join_style="mitre", mitre_limit=2.0)
 
 
 def _through_middles(ring: shapely.LinearRing) -> Floats:
@@ -224,12 +248,21 @@ def _through_middles(ring: shapely.LinearRing) -> Floats:
     Each side gives its middle when it is a short step, and points half a pixel from its ends when
     it is long, so that a kerb along the image's axis keeps its place.
     """
-    corners = shapely.get_coordinates(ring)
+    corners = _turns(shapely.get_coordinates(ring)[:-1])
+    corners = np.concatenate([corners, corners[:1]])
     start, stop = corners[:-1], corners[1:]
     length = np.abs(stop - start).sum(axis=1)
     share = np.minimum(0.5 / length, 0.5)[:, None]
     first, last = start + share * (stop - start), stop - share * (stop - start)
     return np.stack([first, last], axis=1).reshape(-1, 2)
+
+
+def _turns(corners: Floats) -> Floats:
+    """Return the corners at which a closed ring changes its direction, from the topmost on."""
+    back, ahead = corners - np.roll(corners, 1, axis=0), np.roll(corners, -1, axis=0) - corners
+    turning: Floats = corners[np.abs(back[:, 0] * ahead[:, 1] - back[:, 1] * ahead[:, 0]) > 1e-9]
+    first = int(np.lexsort(turning.T)[0])
+    return np.roll(turning, -first, axis=0)
 
 
 def _united(polygons: Objects) -> shapely.MultiPolygon:
