@@ -11,9 +11,6 @@ import math
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from covertool.coverage.compiled import compiled
 from covertool.model import Floats
@@ -36,13 +33,24 @@ def node_numbers(starts: Floats, ends: Floats, sides: Integers) -> tuple[Integer
     places, number = np.unique(keys, return_inverse=True)
     number = number.astype(np.int64)
     start, end = number[: len(starts)], number[len(starts) :]
-    if not np.any(_imbalance(start, end, sides, len(places))):
-        return start, end
+    if np.any(_imbalance(start, end, sides, len(places))):
+        label = _clusters(places)
+        return label[start], label[end]
+    return start, end
+
+
+def _clusters(places: npt.NDArray[np.complex128]) -> Integers:
+    """Return one number for all places that are nearer to each other than a tie."""
+    # Imported here because ties are rare and scipy would slow every start.
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import cKDTree
+
     tree = cKDTree(np.column_stack([places.real, places.imag]))
     pairs = tree.query_pairs(TIE_M, output_type="ndarray")
     links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(places),) * 2)
-    label = connected_components(links, directed=False)[1].astype(np.int64)
-    return label[start], label[end]
+    label: Integers = connected_components(links, directed=False)[1].astype(np.int64)
+    return label
 
 
 def _imbalance(
