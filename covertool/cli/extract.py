@@ -112,6 +112,7 @@ def extract(
     """
     started = time.perf_counter()
     _require_sense(images, mask, osm, output, into, score, preview, as_json)
+    _require_free(output, overwrite, images)
     rasters = _opened(images, gsd, crs, parsed_origin(origin))
     area, parking = _town(mask, osm, lots, rasters, gsd, crs, parsed_origin(origin))
     chosen = _detector(detector, model, model_gsd, tta)
@@ -129,7 +130,7 @@ def extract(
             force=force,
             workers=workers,
             scheduler=scheduler,
-            ledger=_ledger(resume, images, chosen, threshold),
+            ledger=_ledger(resume, images, chosen, threshold, gsd),
             on_windows=lambda steps, total: advance(steps / total),
         )
     if area is None:
@@ -166,6 +167,15 @@ def _require_sense(
         raise typer.BadParameter("labels belong to one image", param_hint="--score")
     if preview is not None and len(images) > 1:
         raise typer.BadParameter("a preview shows one image", param_hint="--preview")
+
+
+def _require_free(output: Path | None, overwrite: bool, images: list[Path]) -> None:
+    """Refuse an output that cannot be written before hours of work rather than after."""
+    from covertool.gis.formats import VECTOR_FORMATS
+    from covertool.gis.guard import output_file
+
+    if output is not None:
+        output_file(output, VECTOR_FORMATS, overwrite=overwrite, inputs=images)
 
 
 def _opened(
@@ -223,16 +233,23 @@ def _detector(name: str | None, model: Path | None, gsd: float | None, tta: bool
 
 
 def _ledger(
-    folder: Path | None, images: list[Path], detector: Detector, threshold: float | None
+    folder: Path | None,
+    images: list[Path],
+    detector: Detector,
+    threshold: float | None,
+    gsd: float | None,
 ) -> Ledger | None:
-    """Return the ledger of this job: it is known by its images' bytes, detector and threshold."""
+    """Return the ledger of this job: known by its images' bytes, GSD, detector and threshold."""
+    import hashlib
+
     from covertool.gis.provenance import sha256
     from covertool.spread import Ledger
 
     if folder is None:
         return None
     hashes = " ".join(sha256(path) for path in images)
-    return Ledger(folder, f"extract {hashes} {detector.name} {detector!r:.200} {threshold}")
+    seen_by = hashlib.sha256(repr(detector).encode()).hexdigest()
+    return Ledger(folder, f"extract {hashes} {detector.name} {seen_by} {threshold} {gsd}")
 
 
 def _scored(labels: Path | None, found: Extraction, rasters: list[RasterSource]) -> Score | None:

@@ -1,0 +1,155 @@
+"""The verbs that make a study, as a user runs them, on rasters drawn here and on real files."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import geopandas as gpd
+import numpy as np
+import pytest
+import rasterio
+import rasterio.warp
+from rasterio.transform import Affine
+
+from covertool.gis.read import read_study
+
+DATA = Path(__file__).parents[2] / "../shared/data"
+real = pytest.mark.skipif(not DATA.is_dir(), reason="the shared real data is not here")
+
+
+def run(*arguments: object) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "covertool", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def ok(*arguments: object) -> str:
+    done = run(*arguments)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def picture(path: Path, *, size=(300, 200), driver="PNG", **more) -> Path:
+    width, height = size
+    values = np.random.default_rng(1).integers(80, 110, (3, height, width)).astype(np.uint8)
+    with rasterio.open(
+        path, "w", driver=driver, width=width, height=height, count=3, dtype="uint8", **more
+    ) as out:
+        out.write(values)
+    return path
+
+
+@pytest.fixture
+def bare(tmp_path):
+    return picture(tmp_path / "bare.png")
+
+
+@real
+def test_munich_becomes_a_study_that_coverage_takes(tmp_path):
+    study, seen = tmp_path / "munich.gpkg", tmp_path / "seen.png"
+    image = DATA / "imagery/munich_mos155.png"
+    got = json.loads(
+        ok("extract", image, "--gsd", 0.125, "--mask", DATA / "imagery/munich_mos155_mask.png",
+           "--score", DATA / "imagery/munich_mos155.geojson", "--preview", seen, "-o", study,
+           "--json")
+    )  # fmt: skip
+    read = read_study(study)
+    assert (got["schema_version"], got["command"]) == (1, "extract")
+    assert got["vehicles"] == len(read.vehicles)
+    assert got["parked"] == len(read.anchors) == sum(p is True for p in read.vehicles.parked)
+    assert got["transit_area_m2"] == pytest.approx(read.transit.area_m2)
+    with rasterio.open(DATA / "imagery/munich_mos155_mask.png") as mask:
+        pixels = int((mask.read(1) > 127).sum())
+    assert got["transit_area_m2"] == pytest.approx(pixels * 0.125**2, rel=0.005)
+    assert got["score"]["parked_precision"] >= 0.9
+    assert got["score"]["parked_recall"] >= 0.9
+    with rasterio.open(seen) as drawn, rasterio.open(image) as original:
+        assert drawn.shape == original.shape
+    levels = json.loads(ok("coverage", study, "--radius", 15, "--json"))["results"][0]["levels"]
+    assert sum(level["fraction"] for level in levels.values()) == pytest.approx(1)
+
+
+@real
+def test_a_planner_without_imagery_gets_coverage_from_osm(tmp_path):
+    osm, study = DATA / "osm/helsinki.osm.pbf", tmp_path / "town.gpkg"
+    ok("transit", osm, "-o", study)
+    ok("anchors", "parked", "--osm", osm, "--occupancy", 0.8, "--seed", 1, "--into", study)
+    assert len(read_study(study).anchors) > 500
+    assert "Level 3" in ok("coverage", study, "--radius", 15)
+
+
+@real
+def test_the_same_seed_parks_the_same_cars(tmp_path):
+    osm = DATA / "osm/helsinki.osm.pbf"
+    frames = []
+    for name, seed in (("a", 1), ("b", 1), ("c", 2)):
+        ok("anchors", "parked", "--osm", osm, "--seed", seed, "-o", tmp_path / f"{name}.gpkg")
+        frames.append(gpd.read_file(tmp_path / f"{name}.gpkg", layer="anchors"))
+    assert frames[0].equals(frames[1])
+    assert len(frames[0]) != len(frames[2])
+
+
+def test_a_missing_gsd_is_asked_for(bare, tmp_path):
+    done = run("extract", bare, "-o", tmp_path / "a.gpkg")
+    assert (done.returncode, "--gsd" in done.stderr) == (1, True)
+
+
+def test_coarse_pixels_are_refused_with_the_mend(bare, tmp_path):
+    done = run("extract", bare, "--gsd", 0.5, "-o", tmp_path / "a.gpkg")
+    assert (done.returncode, "--force" in done.stderr) == (1, True)
+
+
+def test_without_mask_or_osm_the_user_is_warned_and_there_is_no_transit(bare, tmp_path):
+    done = run("extract", bare, "--gsd", 0.2, "-o", tmp_path / "a.gpkg", "--json")
+    got = json.loads(done.stdout)
+    assert "neither --mask nor --osm" in done.stderr
+    assert (got["parked"], got["transit_area_m2"]) == (None, None)
+    assert "transit" not in set(gpd.list_layers(tmp_path / "a.gpkg")["name"])
+
+
+def test_a_run_that_is_taken_up_again_gives_the_same_and_another_gsd_is_another_job(bare, tmp_path):
+    def found(gsd, *more):
+        got = json.loads(ok("extract", bare, "--gsd", gsd, "--threshold", 0.01, "--json", *more))
+        return {key: got[key] for key in ("vehicles", "gsd_m", "pixels")}
+
+    resume = ("--resume", tmp_path / "windows")
+    assert found(0.2) == found(0.2, *resume) == found(0.2, *resume)
+    assert found(0.1, *resume) == found(0.1)
+
+
+def test_a_mask_of_another_shape_is_refused(bare, tmp_path):
+    mask = picture(tmp_path / "mask.png", size=(100, 100))
+    done = run("extract", bare, "--gsd", 0.2, "--mask", mask, "-o", tmp_path / "a.gpkg")
+    assert done.returncode == 1
+    assert "300 x 200" in done.stderr
+    assert not (tmp_path / "a.gpkg").exists()
+
+
+def test_a_mask_of_another_crs_lies_where_the_image_lies(tmp_path):
+    image = picture(
+        tmp_path / "image.tif", driver="GTiff", crs="EPSG:32629",
+        transform=Affine(0.2, 0, 680_000, 0, -0.2, 5_916_000),
+    )  # fmt: skip
+    with rasterio.open(image) as opened:
+        west, _, _, north = rasterio.warp.transform_bounds(opened.crs, "EPSG:2157", *opened.bounds)
+    with rasterio.open(
+        tmp_path / "mask.tif", "w", driver="GTiff", width=300, height=300, count=1, dtype="uint8",
+        crs="EPSG:2157", transform=Affine(0.5, 0, west - 40, 0, -0.5, north + 40),
+    ) as out:  # fmt: skip
+        out.write(np.full((1, 300, 300), 255, np.uint8))
+    study = tmp_path / "a.gpkg"
+    got = json.loads(ok("extract", image, "--mask", tmp_path / "mask.tif", "-o", study, "--json"))
+    assert got["transit_area_m2"] == pytest.approx(60 * 40, rel=0.01)
+    assert gpd.read_file(study, layer="transit").crs.to_epsg() == 32629
+
+
+def test_two_sources_of_the_transit_area_are_a_usage_error(bare, tmp_path):
+    done = run("extract", bare, "--mask", bare, "--osm", "x.osm", "-o", tmp_path / "a.gpkg")
+    assert done.returncode == 2
+
+
+def test_an_existing_study_is_kept_unless_told_otherwise(bare, tmp_path):
+    (tmp_path / "a.gpkg").write_bytes(b"mine")
+    done = run("extract", bare, "--gsd", 0.2, "-o", tmp_path / "a.gpkg")
+    assert (done.returncode, (tmp_path / "a.gpkg").read_bytes()) == (1, b"mine")
+    assert "--overwrite" in done.stderr
