@@ -78,6 +78,8 @@ class Work:
         options = options_of(self.options, case)
         model = _range_model(options, case)
         if piece.runs == 0:
+            if _smooths(options, case):
+                return None  # the bound is that of a filter, which cannot see what comes
             return _bound(steps, site, options, case, model)
         estimator = _estimator(case, options, len(steps.vehicle))
         key = (self.seed, piece.scenario)
@@ -89,7 +91,7 @@ class Work:
         """Return the pieces of a case: blocks of runs, in their order."""
         cars = len(self.steps[scenario].vehicle)
         size = min(max(ROWS_A_BLOCK // cars, 1), RUNS_A_BLOCK)
-        if options_of(self.options, case).follows_each_run:
+        if options_of(self.options, case).follows_each_run or _smooths(self.options, case):
             size = 1
         return [
             Piece(scenario, case, first, min(size, runs - first)) for first in range(0, runs, size)
@@ -105,6 +107,10 @@ def options_of(options: PositioningOptions, case: Case) -> PositioningOptions:
     if case.arm not in RANGING_ARMS:
         return dataclasses.replace(options, velocity="current")
     return options
+
+
+def _smooths(options: PositioningOptions, case: Case) -> bool:
+    return options.smoothing and case.estimator == "second_order"
 
 
 def preset_of(estimator: str | None) -> str | None:

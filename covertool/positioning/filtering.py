@@ -16,6 +16,7 @@ from covertool.positioning.neighbours import Candidates, Selection
 from covertool.positioning.noise import ANCHOR, Indices
 from covertool.positioning.options import PositioningOptions
 from covertool.positioning.ranging import RangeModel, Shared, hear
+from covertool.positioning.smoothing import Passed, smoothed
 from covertool.positioning.statistics import Sums
 
 
@@ -80,7 +81,10 @@ class Filtering:
     def run(self) -> Sums:
         """Return the sums of the errors over the whole trace."""
         sums = Sums.zero(self._runs, len(self._steps.vehicle))
-        for step, state in self.states():
+        states = self.states()
+        if self._options.smoothing and self._estimator.name == "second_order":
+            states = smoothed(list(self.passed()), self._runs, len(self._steps.vehicle))
+        for step, state in states:
             covariance = state.covariance
             if not self._estimator.gives_covariance:
                 covariance = np.zeros_like(covariance)
@@ -91,6 +95,10 @@ class Filtering:
 
     def states(self) -> Iterator[tuple[Step, State]]:
         """Yield each step with the state after it; rows are cars within runs."""
+        return ((passed.step, passed.known) for passed in self.passed())
+
+    def passed(self) -> Iterator[Passed]:
+        """Yield each step with the states before and after its measurements."""
         for step in self._hearing:
             gps = self._sensors.gps(step.time, step.car, step.position, step.new)
             velocity = self._sensed_velocity(step)
@@ -98,7 +106,7 @@ class Filtering:
             state = self._update(step, predicted, gps, velocity)
             state = self._settle(step, predicted, state, gps)
             self._keep(step, state)
-            yield step, state
+            yield Passed(step, predicted, state)
 
     def _sensed_velocity(self, step: Step) -> Floats:
         """Return the velocity that carries the estimate to this step."""

@@ -10,13 +10,15 @@ import numpy as np
 
 from covertool.model import Floats
 from covertool.positioning.kernel import kernel
-from covertool.positioning.noise import Indices
+from covertool.positioning.noise import Indices, log
 
 LEAST_M, BINS_A_DECADE, DECADES = 1e-3, 80, 8
 BINS = BINS_A_DECADE * DECADES
 """Bins of the error histograms: 2.9 % wide, from a millimetre to 100 km."""
 
 BOOTSTRAPS = 1000
+
+_BINS_A_UNIT = BINS_A_DECADE / math.log(10.0)
 
 
 @dataclass
@@ -126,8 +128,8 @@ def _add(
             count[r, c] += 1
             error_m[r, c] += error
             squared_m2[r, c] += squared
-            place = math.log10(max(error, LEAST_M) / LEAST_M) * BINS_A_DECADE
-            bins[c, min(int(place), BINS - 1)] += 1
+            place = log(max(error, LEAST_M) / LEAST_M) * _BINS_A_UNIT
+            bins[c, min(max(int(place), 0), BINS - 1)] += 1
             xx, xy, yy = covariance[row, 0], covariance[row, 1], covariance[row, 2]
             determinant = xx * yy - xy * xy
             if determinant > 0.0:

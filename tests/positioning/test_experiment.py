@@ -14,6 +14,8 @@ from covertool.positioning.estimators import State
 from covertool.positioning.experiment import position_errors
 from covertool.positioning.hearing import Hearing, steps_of
 from covertool.positioning.options import PositioningOptions, rssi_growth
+from covertool.positioning.second_order import SecondOrder
+from covertool.positioning.smoothing import smoothed
 from covertool.positioning.statistics import BINS, Sums, improvement, quantile_m, statistics_of
 
 from .circuit import circuit
@@ -198,6 +200,30 @@ def test_every_option_changes_the_result(option):
         a.mean_error_m != b.mean_error_m
         for a, b in zip(plain.results, changed.results, strict=True)
     )
+
+
+def test_looking_back_halves_the_variance_of_gps_and_odometry():
+    """Far from the ends both directions know as much: ``P_s = P P- / (P + P-)``."""
+    steps, q, r = 121, 0.25, 36.0
+    trace = straight(cars=2, steps=steps)
+    run = filtering(trace, SecondOrder(2), runs=500, velocity="current", smoothing=True)
+    states = list(smoothed(list(run.passed()), 500, 2))
+    step, state = states[steps // 2]
+    ahead = q / 2 + math.sqrt(q * q / 4 + q * r)
+    known = ahead - q
+    expected = 1 / (1 / known + 1 / ahead)
+    assert state.covariance[:, 0] == pytest.approx(expected, rel=1e-4)
+    error = state.position - np.tile(step.position, (500, 1))
+    assert (error**2).mean() == pytest.approx(expected, rel=4 * math.sqrt(2 / 2000))
+
+
+def test_smoothing_is_better_than_filtering_and_has_no_filters_bound():
+    small = SMALL | {"estimators": ("second_order",), "bound": True}
+    plain = rows(position_errors([small_town()], **small))["proposed", "second_order", "all"]
+    options = PositioningOptions(smoothing=True)
+    back = rows(position_errors([small_town()], options=options, **small))
+    assert back["proposed", "second_order", "all"].rmse_m < plain.rmse_m
+    assert back["proposed", "second_order", "all"].bound_rmse_m is None
 
 
 def test_a_pseudo_anchor_one_step_later_comes_before_a_nearer_blind_car():
