@@ -150,7 +150,9 @@ def coverage(
         shares = shares_of(penetration)
         town = _read(inputs, radius, device_class, crs, dst_crs, aoi)
         found = _compute(town, curve, shares, by, inputs.transit)
-        pixels = write_results(town, output=output, into=into, overwrite=overwrite, gsd_m=raster)
+        pixels = write_results(
+            town, inputs, output=output, into=into, overwrite=overwrite, gsd_m=raster
+        )
         found = replace(found, raster=pixels)
         if plot is not None:
             write_plot(found, plot, overwrite=overwrite)

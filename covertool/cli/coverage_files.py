@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import typer
 from covertool.cli.console import say
 from covertool.cli.coverage_findings import Findings, RasterFindings, Town
 from covertool.cli.coverage_output import size_text
+from covertool.cli.inputs import Inputs
 
 
 def check_outputs(
@@ -45,6 +47,7 @@ def check_outputs(
 
 def write_results(
     town: Town,
+    inputs: Inputs,
     *,
     output: Path | None,
     into: Path | None,
@@ -55,24 +58,28 @@ def write_results(
     if output is not None and gsd_m is not None:
         return _write_raster(town, output, gsd_m, overwrite)
     if output is not None or into is not None:
-        _write_levels(town, output, into, overwrite)
+        _write_levels(town, inputs.files(), output, into, overwrite)
     return None
 
 
-def _write_levels(town: Town, output: Path | None, into: Path | None, overwrite: bool) -> None:
+def _write_levels(
+    town: Town, files: list[Path], output: Path | None, into: Path | None, overwrite: bool
+) -> None:
     from covertool.coverage.layers import joined, level_layers
+    from covertool.gis.provenance import provenance
     from covertool.gis.write import write_layers
 
+    metadata = provenance(sys.argv[1:], files).to_metadata()
     layers = level_layers(town.anchors, town.transit, town.radii)
     if into is not None:
-        write_layers(into, layers, into=True)
-    elif output is not None and output.suffix.lower() == ".gpkg":
-        inputs = {"anchors": town.anchors.to_frame(), "transit": town.transit.to_frame()}
-        layers = {**inputs, **layers}
-        write_layers(output, layers, overwrite=overwrite)
+        write_layers(into, layers, into=True, metadata=metadata)
     elif output is not None:
-        layers = {"coverage": joined(layers)}
-        write_layers(output, layers, overwrite=overwrite)
+        if output.suffix.lower() == ".gpkg":
+            whole = {"anchors": town.anchors.to_frame(), "transit": town.transit.to_frame()}
+            layers = {**whole, **layers}
+        else:
+            layers = {"coverage": joined(layers)}
+        write_layers(output, layers, overwrite=overwrite, metadata=metadata, inputs=files)
     say(f"wrote {', '.join(layers)} to {into or output}")
 
 

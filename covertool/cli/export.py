@@ -64,7 +64,8 @@ def _export_layer(study: Path, output: Path, layer: str | None, overwrite: bool)
     from covertool.gis.write import write_layers
 
     spec = f"{study}:{layer}" if layer else str(study)
-    write_layers(output, {layer or study.stem: read_layer(spec, None).frame}, overwrite=overwrite)
+    frame = read_layer(spec, None).frame
+    write_layers(output, {layer or study.stem: frame}, overwrite=overwrite, inputs=[study])
 
 
 def _export_map(

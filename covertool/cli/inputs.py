@@ -52,9 +52,11 @@ def read_inputs(
     inputs: Inputs, crs: str | None, dst_crs: str | None
 ) -> tuple[Anchors, TransitArea]:
     """Return the anchors and the transit area in one working CRS."""
-    from covertool.gis.read import read_anchors, read_transit
+    from covertool.gis.read import read_anchors, read_transit, warn_when_apart
     from covertool.model import Anchors
 
     transit = read_transit(inputs.transit, crs=crs, dst_crs=dst_crs)
     parts = [read_anchors(spec, crs=crs, dst_crs=transit.crs) for spec in inputs.anchors]
-    return Anchors.concatenate(parts), transit
+    anchors = Anchors.concatenate(parts)
+    warn_when_apart(anchors, transit, inputs.transit)
+    return anchors, transit

@@ -134,7 +134,9 @@ def _draw_cabin(
         ]
     )
     canvas.polygon(pose.place(greenhouse) + waist, glass)
-    roof_half = width * rng.uniform(0.33, 0.38) * (1.12 if shape.body == "van" else 1.0)
+    roof_half = (
+        width * rng.uniform(0.33, 0.38) * (rng.uniform(1.1, 1.3) if shape.body == "van" else 1.0)
+    )
     roof = np.array(
         [
             [front + 0.02 * length, 0.0],
