@@ -26,6 +26,13 @@ lint: $(VENV)/installed
 test: lint
 	$(BIN)/python -m pytest -n 2
 
+# Side-by-side ratios, printed as Markdown tables; the machine should be quiet.
+bench: $(VENV)/installed
+	for room in coverage raster scale positioning extraction; do $(BIN)/python -m benchmarks.$$room || exit 1; done
+
+bench-quick: $(VENV)/installed
+	for room in coverage raster scale positioning; do $(BIN)/python -m benchmarks.$$room --quick || exit 1; done
+
 # Make the synthetic sample study anew; same seed, same bytes.
 sample-study: $(VENV)/installed
 	PYTHONPATH=training $(BIN)/python -m data.recipe
