@@ -19,11 +19,11 @@ from covertool.positioning.ekf import Ekf
 from covertool.positioning.estimators import Measurements, State, isotropic
 from covertool.positioning.experiment import position_errors
 from covertool.positioning.gcpso import Gcpso
+from covertool.positioning.grid import build_grid
 from covertool.positioning.neighbours import (
     ANCHOR,
     BLIND,
     anchor_codes,
-    build_grid,
     select_nearest,
 )
 from covertool.positioning.options import PositioningOptions

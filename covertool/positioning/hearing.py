@@ -14,15 +14,14 @@ import numpy.typing as npt
 
 from covertool.errors import GeometryError
 from covertool.model import Floats, Trace
+from covertool.positioning.grid import Grid, build_grid
 from covertool.positioning.neighbours import (
     ANCHOR,
     BLIND,
     PSEUDO_ANCHOR,
     Candidates,
-    Grid,
     Selection,
     anchor_codes,
-    build_grid,
     list_candidates,
     select_all,
     select_gdop,

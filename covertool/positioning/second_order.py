@@ -32,7 +32,7 @@ neighbour: it then doubts itself until the range lies at three."""
 
 @kernel
 def _excess(dx: float, dy: float, before: Spread, measured_m: float, r: float) -> float:
-    """Return by how much a covariance must grow so that a range is no surprise; 1 for not at all."""
+    """Return the factor by which a covariance must grow so that a range is no surprise."""
     _, _, expected, variance = expect(dx, dy, before[0], before[1], before[2])
     needed = (measured_m - expected) ** 2 / _SURPRISE - r
     return max(needed / max(variance, _LEAST_VARIANCE_M2), 1.0)
@@ -89,11 +89,17 @@ def _doubt_alone(p: Floats, a: Floats, factor: float) -> None:
 
 
 @kernel
+def _linked(c: Floats) -> bool:
+    """Return whether two cars are correlated at all; most never met."""
+    return bool(c[0, 0] != 0.0 or c[0, 1] != 0.0 or c[1, 0] != 0.0 or c[1, 1] != 0.0)
+
+
+@kernel
 def _pass_on(i: int, a: Floats, cross: Floats, car: Indices) -> None:
     """Multiply the correlations of car i with the others by ``a``."""
     for k in range(car.size):
         own, mirror = cross[car[i], car[k]], cross[car[k], car[i]]
-        if k != i and own[0, 0] != 0.0:
+        if k != i and _linked(own):
             for c in range(2):
                 first, second = own[0, c], own[1, c]
                 own[0, c] = a[0, 0] * first + a[0, 1] * second
@@ -165,7 +171,7 @@ def _consider(
     """Let the correlations of both cars with the others follow; these only look on."""
     for k in range(car.size):
         one, two = cross[car[i], car[k]], cross[car[j], car[k]]
-        if k in (i, j) or (one[0, 0] == 0.0 and two[0, 0] == 0.0):
+        if k in (i, j) or not (_linked(one) or _linked(two)):
             continue
         for b in range(2):
             x, y = one[0, b] - two[0, b], one[1, b] - two[1, b]  # cov(x_i - x_j, x_k)

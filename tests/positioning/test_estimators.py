@@ -264,6 +264,22 @@ def test_two_cars_that_range_again_and_again_do_not_count_their_fixes_twice():
     assert state.covariance[0, 0] == pytest.approx(18.0, rel=1e-3)
 
 
+@pytest.mark.parametrize("turn", [0.0, 0.5])
+def test_three_cars_in_a_row_know_their_middle_as_well_whatever_way_the_row_points(turn):
+    """Correlations that lie along one axis only must not be taken for none."""
+    filter_, rng = SecondOrder(3), np.random.default_rng(0)
+    along = np.array([np.cos(np.pi * turn), np.sin(np.pi * turn)]).round(12)
+    truth = np.array([0.0, 4000.0, 8000.0])[:, None] * along
+    order = np.array([[1], [2], [1]], dtype=np.int64)
+    heard = heard_by(truth, truth[order[:, 0]][:, None], 0.01, rng=rng)
+    heard = Measurements(**(vars(heard) | {"neighbour": order}))
+    state = filter_.update(filter_.start(truth, 36.0), heard)
+    for _ in range(3):
+        state = filter_.update(state, heard)
+    row = np.stack([state.covariance[:, 0], state.covariance[:, 2]], axis=1) @ along**2
+    assert (row > 0.95 * 36 / (4 * 3)).all()  # four fixes of three cars, and no more
+
+
 @pytest.mark.parametrize("name", ["nosuchmodule:Name", "math:nothing", "math:pi", "ekf"])
 def test_what_is_no_estimator_is_refused(name):
     with pytest.raises(OptionError):

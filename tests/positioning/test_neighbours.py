@@ -6,12 +6,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import KDTree
 
+from covertool.positioning.grid import build_grid
 from covertool.positioning.neighbours import (
     ANCHOR,
     BLIND,
     PSEUDO_ANCHOR,
     anchor_codes,
-    build_grid,
     list_candidates,
     select_all,
     select_gdop,

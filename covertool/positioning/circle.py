@@ -1,0 +1,142 @@
+"""What a range tells of a difference of places, where its circle is straight and where it bends."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from covertool.positioning.kernel import kernel
+
+Spread = tuple[float, float, float]
+"""A covariance: xx, xy, yy."""
+
+_CURVED = 0.25**2
+"""Square of spread across over distance beyond which the circle is summed around."""
+_SHARP = 3.0**2
+"""Square of range over its noise below which the circle is too blurred for that."""
+_RAYS = 128
+_SECTOR = (2.0 * np.pi / _RAYS) ** 2 / 12.0
+_ANGLE = np.arange(_RAYS) * (2.0 * np.pi / _RAYS)
+_RAY = np.stack([np.cos(_ANGLE), np.sin(_ANGLE)], axis=1)
+
+
+@kernel
+def expect(
+    dx: float, dy: float, xx: float, xy: float, yy: float
+) -> tuple[float, float, float, float]:
+    """Return unit vector, mean and variance of a distance, expanded to the second order.
+
+    With s the variance across the line of sight the mean is ``E = sqrt(d^2 + s)``, which is
+    ``d + s / 2d`` to the second order and stays finite at d = 0; the curvature adds the variance
+    ``(s / E)^2 / 2``.
+    """
+    d = max(math.sqrt(dx * dx + dy * dy), 1e-9)
+    ux, uy = dx / d, dy / d
+    across = max(uy * uy * xx - 2.0 * ux * uy * xy + ux * ux * yy, 0.0)
+    expected = math.sqrt(d * d + across)
+    along = ux * ux * xx + 2.0 * ux * uy * xy + uy * uy * yy
+    return ux, uy, expected, along + 0.5 * (across / expected) ** 2
+
+
+@kernel
+def _expanded(
+    dx: float, dy: float, xx: float, xy: float, yy: float, measured_m: float, r: float
+) -> tuple[float, float, float, float, float]:
+    """Return mean and covariance of a difference after a range, by the expansion."""
+    ux, uy, expected, variance = expect(dx, dy, xx, xy, yy)
+    s = variance + r
+    gx, gy = xx * ux + xy * uy, xy * ux + yy * uy
+    miss = (measured_m - expected) / s
+    return dx + gx * miss, dy + gy * miss, xx - gx * gx / s, xy - gx * gy / s, yy - gy * gy / s
+
+
+@kernel
+def _around(
+    dx: float, dy: float, xx: float, xy: float, yy: float, measured_m: float, r: float
+) -> tuple[float, float, float, float, float]:
+    """Return mean and covariance of a difference after a range, summed around its circle.
+
+    On each ray from the neighbour the prior is a normal of the distance; times the range's normal
+    it is one again, with a known weight. The sum over rays sees both sides of a neighbour, so that
+    a car that may be on either does not settle on the wrong one.
+    """
+    determinant = xx * yy - xy * xy
+    ixx, ixy, iyy = yy / determinant, -xy / determinant, xx / determinant
+    hx, hy = ixx * dx + ixy * dy, ixy * dx + iyy * dy
+    whole = hx * dx + hy * dy
+    most, total = -1e300, 0.0
+    mx = my = mxx = mxy = myy = 0.0
+    for k in range(_RAYS):
+        cosine, sine = _RAY[k, 0], _RAY[k, 1]
+        q = ixx * cosine * cosine + 2.0 * ixy * cosine * sine + iyy * sine * sine
+        prior = (hx * cosine + hy * sine) / q
+        miss = measured_m - prior
+        level = 0.5 * (q * prior * prior - whole - miss * miss / (r + 1.0 / q))
+        distance = (prior * q + measured_m / r) / (q + 1.0 / r)
+        if distance <= 0.0:
+            continue
+        if level > most:
+            fade = math.exp(most - level)
+            total, mx, my = total * fade, mx * fade, my * fade
+            mxx, mxy, myy = mxx * fade, mxy * fade, myy * fade
+            most = level
+        weight = math.exp(level - most) * distance / math.sqrt(1.0 + q * r)
+        square = distance * distance + 1.0 / (q + 1.0 / r)
+        total += weight
+        mx += weight * distance * cosine
+        my += weight * distance * sine
+        across = _SECTOR * distance * distance  # variance within the sector of the ray
+        mxx += weight * (square * cosine * cosine + across * sine * sine)
+        mxy += weight * (square - across) * cosine * sine
+        myy += weight * (square * sine * sine + across * cosine * cosine)
+    if total == 0.0:
+        return _expanded(dx, dy, xx, xy, yy, measured_m, r)
+    mx, my = mx / total, my / total
+    return mx, my, mxx / total - mx * mx, mxy / total - mx * my, myy / total - my * my
+
+
+@kernel
+def moments(
+    dx: float, dy: float, xx: float, xy: float, yy: float, measured_m: float, r: float
+) -> tuple[float, float, float, float, float]:
+    """Return mean and covariance of a difference after a range of variance r.
+
+    The expansion serves where the circle is nearly straight over the spread across the line of
+    sight, or blurred by its own noise; else the sum around the circle.
+    """
+    d2 = dx * dx + dy * dy
+    across = (dy * dy * xx - 2.0 * dx * dy * xy + dx * dx * yy) / max(d2, 1e-18)
+    sharp = measured_m > 0.0 and measured_m * measured_m > _SHARP * r
+    if sharp and across > _CURVED * max(d2, 1e-18) and xx * yy - xy * xy > 1e-12:
+        return _around(dx, dy, xx, xy, yy, measured_m, r)
+    return _expanded(dx, dy, xx, xy, yy, measured_m, r)
+
+
+@kernel
+def shrink(before: Spread, after: Spread) -> tuple[Spread, Spread, float]:
+    """Return ``W = S^-1 (S - S+) S^-1`` and ``S^-1``, both 2 by 2, for S before and S+ after.
+
+    With ``S = L L'`` the shares that stay, the eigenvalues of ``L^-1 S+ L^-T``, are kept between
+    0 and 1, so that the joint covariance stays one. The largest, before that, comes third.
+    """
+    l_xx = math.sqrt(max(before[0], 1e-18))
+    l_yx = before[1] / l_xx
+    l_yy = math.sqrt(max(before[2] - l_yx * l_yx, 1e-12 * before[2], 1e-18))
+    i_xx, i_yy = 1.0 / l_xx, 1.0 / l_yy
+    i_yx = -l_yx * i_xx * i_yy
+    a = i_xx * i_xx * after[0]
+    b = i_xx * (i_yx * after[0] + i_yy * after[1])
+    c = i_yx * i_yx * after[0] + 2.0 * i_yx * i_yy * after[1] + i_yy * i_yy * after[2]
+    angle = 0.5 * math.atan2(2.0 * b, a - c)
+    cosine, sine = math.cos(angle), math.sin(angle)
+    middle, half = 0.5 * (a + c), math.sqrt(0.25 * (a - c) * (a - c) + b * b)
+    first = 1.0 - min(max(middle + half, 0.0), 1.0)
+    second = 1.0 - min(max(middle - half, 0.0), 1.0)
+    a = first * cosine * cosine + second * sine * sine
+    b = (first - second) * cosine * sine
+    c = first * sine * sine + second * cosine * cosine
+    w_xx = i_xx * i_xx * a + 2.0 * i_xx * i_yx * b + i_yx * i_yx * c
+    w_xy = i_yy * (i_xx * b + i_yx * c)
+    inverse = (i_xx * i_xx + i_yx * i_yx, i_yx * i_yy, i_yy * i_yy)
+    return (w_xx, w_xy, i_yy * i_yy * c), inverse, middle + half
