@@ -12,7 +12,10 @@ from covertool.extract.detectors.network import NetworkDetector
 
 
 def megapixels_a_second(detector: NetworkDetector, side: int, repeats: int) -> float:
-    """Return the best of several runs over one square picture of noise and boxes."""
+    """Return the best of several runs over one square picture of noise and boxes.
+
+    CPU seconds are counted, not those of the clock: other work on the machine weighs less.
+    """
     rng = np.random.default_rng(0)
     rgb = rng.integers(90, 130, (side, side, 3), dtype=np.uint8)
     for x, y in rng.integers(20, side - 20, (side * side // 4000, 2)).tolist():
@@ -22,9 +25,9 @@ def megapixels_a_second(detector: NetworkDetector, side: int, repeats: int) -> f
     detector.detect(rgb, valid)
     seconds = []
     for _ in range(repeats):
-        started = time.perf_counter()
+        started = time.process_time()
         detector.detect(rgb, valid)
-        seconds.append(time.perf_counter() - started)
+        seconds.append(time.process_time() - started)
     return side * side / min(seconds) / 1e6
 
 
