@@ -15,7 +15,7 @@ from covertool.cli.console import print_json
 from covertool.cli.coverage_files import check_outputs, write_plot, write_results
 from covertool.cli.coverage_findings import Findings, Town
 from covertool.cli.coverage_output import json_content, print_findings
-from covertool.cli.coverage_radii import choose_radii, shares_of
+from covertool.cli.coverage_radii import asked_radii, choose_radii, shares_of
 from covertool.cli.inputs import Inputs, choose_inputs, read_inputs
 
 Study = Annotated[
@@ -148,6 +148,7 @@ def coverage(
         curves = bool(curve or penetration)
         check_outputs(output, into, raster, plot, curves=curves, overwrite=overwrite)
         shares = shares_of(penetration)
+        asked_radii(radius, device_class)  # a misspelt radius is told before anything is read
         town = _read(inputs, radius, device_class, crs, dst_crs, aoi)
         found = _compute(town, curve, shares, by, inputs.transit)
         pixels = write_results(

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -10,6 +11,7 @@ import geopandas as gpd
 import numpy as np
 import pytest
 import shapely
+from pyproj import Proj
 
 EAST, NORTH, CRS = 693_000.0, 737_000.0, "EPSG:2157"
 R = 15.0
@@ -108,7 +110,9 @@ def test_the_table_has_a_row_for_each_level_and_nothing_else_is_on_stdout(mixed)
     done = run("coverage", mixed, "--radius", "10")
     labels = [line.split("  ")[0] for line in done.stdout.splitlines() if line.startswith("Level ")]
     assert labels[:4] == ["Level 0", "Level 1", "Level 2", "Level 3"]
-    assert "scale factor 0.9998" in done.stdout
+    factors = Proj(CRS).get_factors(*Proj(CRS)(EAST, NORTH, inverse=True))
+    printed = float(re.search(r"scale factor ([\d.]+)", done.stdout)[1])
+    assert printed == pytest.approx(factors.parallel_scale, abs=2e-6)
     assert "Closure residual" in done.stdout
     assert all("compiling" in line for line in done.stderr.splitlines())
 
