@@ -9,6 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from covertool.coverage import level_areas
+from covertool.coverage.areas import CLOSURE_LIMIT_M, add_boundaries
+from covertool.errors import ComputationError
 
 from .reference import reference_level_areas
 
@@ -156,3 +158,21 @@ def test_larger_radii_and_more_anchors_never_cover_less(discs, more):
 def test_any_discs_agree_with_the_reference(discs):
     x, y, r = np.transpose(discs)
     agree(x, y, r, np.ones(x.size), absolute=1e-7)
+
+
+def test_the_closure_residual_speaks_when_polygons_overlap():
+    overlapping = shapely.MultiPolygon([shapely.box(0, 0, 10, 10), shapely.box(5, 5, 15, 15)])
+    with pytest.raises(ComputationError, match="stay open by"):
+        level_areas([7.5, 3.0], [7.5, 2.0], 8.0, overlapping)
+
+
+def test_the_closure_residual_speaks_when_one_boundary_piece_is_lost_or_moved():
+    sums = np.zeros((3, 4))
+    square = [(0, 0, 4, 0), (4, 0, 4, 4), (4, 4, 0, 4), (0, 4, 0, 0)]
+    rows = np.array([[*edge, 0.0, 0.0, 1.0, -1.0] for edge in square], dtype=float)
+    add_boundaries(rows, 4, sums)
+    assert sums[0].tolist() == [16.0, 0.0, 0.0, 0.0]
+    for broken in (rows[:3], rows + 1e-3 * (np.arange(4) == 2)[:, None] * np.eye(8)[3]):
+        sums = np.zeros((3, 4))
+        add_boundaries(np.ascontiguousarray(broken), len(broken), sums)
+        assert np.hypot(*sums[0, 2:]) > CLOSURE_LIMIT_M
