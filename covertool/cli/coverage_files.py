@@ -67,9 +67,10 @@ def _write_levels(
 ) -> None:
     from covertool.coverage.layers import joined, level_layers
     from covertool.gis.provenance import provenance
+    from covertool.gis.study import inherited_metadata
     from covertool.gis.write import write_layers
 
-    metadata = provenance(sys.argv[1:], files).to_metadata()
+    metadata = {**inherited_metadata(files), **provenance(sys.argv[1:], files).to_metadata()}
     layers = level_layers(town.anchors, town.transit, town.radii)
     if into is not None:
         write_layers(into, layers, into=True, metadata=metadata)

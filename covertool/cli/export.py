@@ -1,5 +1,6 @@
 """`covertool export`: a study as a map or as a layer in another format."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -78,7 +79,7 @@ def _export_map(
 ) -> None:
     from covertool.errors import FileError
     from covertool.gis.figure import write_figure
-    from covertool.gis.study import read_layers
+    from covertool.gis.study import inherited_metadata, read_layers
     from covertool.report.figures import coverage_map, of_one_radius
 
     layers = read_layers(study, _MAP_LAYERS)
@@ -90,10 +91,17 @@ def _export_map(
     figure = coverage_map(
         shown,
         title=title or f"{study.stem}: {coverage}",
-        footnote=f"covertool, from {study.name}",
+        footnote=_footnote(study, inherited_metadata([study])),
         bounds=_parse_bounds(bounds) if bounds else None,
     )
     write_figure(output, figure, overwrite=overwrite)
+
+
+def _footnote(study: Path, metadata: Mapping[str, str]) -> str:
+    synthetic = (
+        f"; synthetic: {metadata.get('title', 'invented data')}" if "synthetic" in metadata else ""
+    )
+    return f"covertool, from {study.name}{synthetic}"
 
 
 def _parse_bounds(text: str) -> tuple[float, float, float, float]:

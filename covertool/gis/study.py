@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from covertool.gis import guard
 from covertool.gis.formats import GEOPACKAGE
+from covertool.gis.geopackage import read_metadata
 from covertool.gis.layers import geometry_layers, read_layer, readable
 
 if TYPE_CHECKING:
@@ -25,6 +26,15 @@ def layer_names(path: str | Path) -> list[str]:
     checked, known = guard.input_file(path, (GEOPACKAGE,))
     with readable(checked, known) as opened:
         return geometry_layers(opened, checked)
+
+
+def inherited_metadata(files: Iterable[Path]) -> dict[str, str]:
+    """Return what the metadata tables of the GeoPackages among some files say, the first first.
+
+    A study made from others carries it on: what was synthetic stays called synthetic.
+    """
+    packages = [path for path in files if path.suffix.lower() == GEOPACKAGE.suffixes[0]]
+    return {key: value for path in reversed(packages) for key, value in read_metadata(path).items()}
 
 
 def read_layers(path: str | Path, names: Iterable[str]) -> dict[str, gpd.GeoDataFrame]:
