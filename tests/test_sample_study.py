@@ -77,6 +77,14 @@ def test_no_parked_car_stands_in_a_building_or_in_another_car(cars):
     assert shared[one != other].max(initial=0.0) < 0.8
 
 
+def test_buildings_touch_but_do_not_overlap():
+    walls = np.asarray(gpd.read_file(STUDY, layer="buildings").geometry.array)
+    one, other = shapely.STRtree(walls).query(walls, predicate="intersects")
+    shared = shapely.area(shapely.intersection(walls[one], walls[other]))[one != other]
+    assert len(shared) > 1000
+    assert shared.max() < 0.1
+
+
 def test_no_parked_car_has_its_centre_in_the_carriageway(cars, transit):
     area = shapely.union_all(transit.geometry.array)
     assert not shapely.contains(area, np.asarray(cars.geometry.array.centroid)).any()
@@ -100,6 +108,14 @@ def test_the_road_mask_is_the_transit_area_of_its_district(transit):
         district = shapely.box(*mask.bounds)
     expected = shapely.union_all(transit.geometry.array).intersection(district).area / district.area
     assert share == pytest.approx(expected, rel=0.01)
+
+
+def test_the_district_shows_cars_at_the_kerb_on_driveways_and_in_a_car_park(cars):
+    with rasterio.open(DATA / "orthophoto.tif") as photo:
+        district = shapely.box(*photo.bounds)
+    shown = cars[shapely.contains(district, np.asarray(cars.geometry.array.centroid))]
+    assert shown.site.value_counts().min() >= 30
+    assert set(shown.site) == {"on_street", "off_street", "lot"}
 
 
 def test_the_study_says_that_it_is_synthetic():

@@ -14,9 +14,11 @@ from data.recipe.skeleton import Street
 
 PAVEMENT_M = 2.0
 CAR_LENGTH_M, CAR_WIDTH_M = 4.4, 1.8
-_PITCH_M = {"houses": 9.0, "terrace": 7.0, "ribbon": 34.0}
-_DEPTH_M = {"houses": 9.0, "terrace": 11.0, "ribbon": 11.0}
-_GARDEN_M = {"houses": 6.2, "terrace": 0.6, "ribbon": 14.0}
+PITCH_M = {"houses": 9.0, "terrace": 7.0, "ribbon": 34.0}
+DEPTH_M = {"houses": 9.0, "terrace": 11.0, "ribbon": 11.0}
+GARDEN_M = {"houses": 6.2, "terrace": 0.6, "ribbon": 14.0}
+_TRIMS_M = (0.0, 0.1, 0.2, 0.3, 0.4)
+_TOUCH_M2 = 0.02
 
 
 @dataclass(frozen=True)
@@ -53,7 +55,7 @@ def plots(streets: list[Street]) -> list[Plot]:
     for street in streets:
         if street.frontage == "none":
             continue
-        pitch = _PITCH_M[street.frontage]
+        pitch = PITCH_M[street.frontage]
         for side in (1.0, -1.0):
             for at in np.arange(pitch, length_m(street.points) - pitch / 2, pitch):
                 place, along = frame(street.points, float(at))
@@ -74,17 +76,17 @@ def build_houses(
     shapely.prepare(building_land)
     outlines = [_outline(plot, number) for number, plot in enumerate(frontage)]
     tree = shapely.STRtree(outlines)
-    kept: set[int] = set()
+    kept: dict[int, shapely.Polygon] = {}
     for number, outline in enumerate(outlines):
         if taken.intersects(outline) or not building_land.contains(outline):
             continue
-        # A shrunken outline: neighbours that share a wall only touch.
-        near = tree.query(outline.buffer(-0.4), predicate="intersects")
-        if not kept.intersection(near.tolist()):
-            kept.add(number)
+        near = [n for n in tree.query(outline).tolist() if n in kept]
+        core = _outline(frontage[number], number, _TRIMS_M[-1])
+        if not any(core.intersects(outlines[n]) for n in near):
+            kept[number] = _apart_from([kept[n] for n in near], frontage[number], number)
     houses = [
         Building(
-            outlines[n],
+            kept[n],
             "terrace" if frontage[n].street.frontage == "terrace" else "house",
             float(rng.normal(9.0 if frontage[n].street.frontage == "terrace" else 7.0, 0.6)),
         )
@@ -93,13 +95,26 @@ def build_houses(
     return houses, [frontage[n] for n in sorted(kept)]
 
 
-def _outline(plot: Plot, number: int) -> shapely.Polygon:
+def _apart_from(neighbours: list[shapely.Polygon], plot: Plot, number: int) -> shapely.Polygon:
+    """Return the plot's house, drawn in until it only touches its neighbours.
+
+    Where a street bends, the rears of the houses on its inner side would run into each other.
+    """
+    houses = [_outline(plot, number, trim_m) for trim_m in _TRIMS_M]
+    for house in houses:
+        if all(house.intersection(other).area < _TOUCH_M2 for other in neighbours):
+            return house
+    return houses[-1]
+
+
+def _outline(plot: Plot, number: int, trim_m: float = 0.0) -> shapely.Polygon:
+    """Return the outline of a house, less ``trim_m`` at each of its walls."""
     kind = plot.street.frontage
-    pitch, depth = _PITCH_M[kind], _DEPTH_M[kind]
+    pitch, depth = PITCH_M[kind], DEPTH_M[kind]
     width = pitch if kind == "terrace" else min(pitch - 1.8, 14.0)
     pull = 0.9 * (1 if number % 2 else -1) if kind == "houses" else 0.0
-    centre = plot.at(pull, PAVEMENT_M + _GARDEN_M[kind] + depth / 2)
-    return shapely.Polygon(rectangle(centre, plot.along, width, depth))
+    centre = plot.at(pull, PAVEMENT_M + GARDEN_M[kind] + depth / 2)
+    return shapely.Polygon(rectangle(centre, plot.along, width - 2 * trim_m, depth - 2 * trim_m))
 
 
 def driveways(built: list[Plot]) -> Bays:

@@ -13,17 +13,21 @@ from data.recipe.carriageway import carriageway
 from data.recipe.estates import grow_estates
 from data.recipe.parameters import Calibrated
 from data.recipe.parking import parked_cars
-from data.recipe.plots import Building
+from data.recipe.plots import Building, Plot
 from data.recipe.skeleton import Street
 
 
 @dataclass(frozen=True)
 class Fabric:
-    """The town without its cars: streets, transit area, buildings and places to park."""
+    """The town without its cars: streets, transit area, buildings and places to park.
+
+    The first buildings are the houses that stand on ``built``, in its order.
+    """
 
     streets: list[Street]
     transit: shapely.MultiPolygon
     buildings: list[Building]
+    built: list[Plot]
     lots: Bays
     kerbs: Bays
     drives: Bays
@@ -56,6 +60,7 @@ def lay_out(calibrated: Calibrated) -> Fabric:
         streets=streets + aisles,
         transit=transit,
         buildings=buildings,
+        built=built,
         lots=plots.free_places(lots, blocked),
         kerbs=plots.free_places(plots.kerb_places(in_town), blocked),
         drives=plots.free_places(plots.driveways(built), blocked),
