@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from covertool.extract.detectors.nms import oriented_nms
+from covertool.extract.detectors.nms import without_doubles
 from covertool.extract.detectors.protocol import MIN_HALO_PX, Detections, Mask, Pixels
 
 _Map = npt.NDArray[np.float32]
@@ -62,29 +62,16 @@ class ClassicalDetector:
         score = best / (best + 1)
         row, column = np.nonzero(peak & (score > 0.3))
         heading = turns[maps.argmax(axis=0)[row, column]]
-        return self._without_doubles(column + 0.5, row + 0.5, heading, score[row, column])
-
-    def _without_doubles(
-        self,
-        x_px: npt.NDArray[Any],
-        y_px: npt.NDArray[Any],
-        heading_deg: npt.NDArray[Any],
-        score: _Map,
-    ) -> Detections:
-        size = np.ones_like(x_px)
+        size = np.ones(row.size)
         found = Detections.of_cars(
-            x_px, y_px, heading_deg, size * _LENGTH_PX, size * _WIDTH_PX, score
+            column + 0.5,
+            row + 0.5,
+            heading,
+            size * _LENGTH_PX,
+            size * _WIDTH_PX,
+            score[row, column],
         )
-        keep = oriented_nms(
-            found.x_px * self.gsd_m,
-            found.y_px * self.gsd_m,
-            found.heading_deg,
-            found.length_px * self.gsd_m,
-            found.width_px * self.gsd_m,
-            found.score,
-        )
-        kept = found.take(keep)
-        return kept.take(np.argsort(-kept.score, kind="stable"))
+        return without_doubles(found, self.gsd_m)
 
 
 def _response(grey: _Map, heading_deg: float) -> _Map:

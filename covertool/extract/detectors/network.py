@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from covertool.extract.detectors.nms import oriented_nms
+from covertool.extract.detectors.nms import without_doubles
 from covertool.extract.detectors.protocol import MIN_HALO_PX, Detections, Mask, Pixels
 
 Maps = npt.NDArray[np.float32]
@@ -111,7 +111,7 @@ class NetworkDetector:
         inside = (found.x_px < width) & (found.y_px < height)
         found = found.take(inside)
         seen = valid[found.y_px.astype(int), found.x_px.astype(int)]
-        return self._without_doubles(found.take(seen))
+        return without_doubles(found.take(seen), self.gsd_m)
 
     def _maps(self, rgb: Pixels) -> Maps:
         """Return the (8, H/4, W/4) maps of a picture, logits turned into scores."""
@@ -158,20 +158,6 @@ class NetworkDetector:
             heat[kind, row, column],
             np.array(["car", "truck"], dtype=object)[kind],
         )
-
-    def _without_doubles(self, found: Detections) -> Detections:
-        """Return the detections, best first, without those inside a better one."""
-        ground = self.gsd_m
-        keep = oriented_nms(
-            found.x_px * ground,
-            found.y_px * ground,
-            found.heading_deg,
-            found.length_px * ground,
-            found.width_px * ground,
-            found.score,
-        )
-        order = np.argsort(-found.score, kind="stable")
-        return found.take(order[keep[order]])
 
 
 def _padded(rgb: Pixels) -> Pixels:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from covertool.extract.detectors.protocol import Detections
 from covertool.model import Floats
 
 ALONG_M, ACROSS_M = 2.4, 1.25
@@ -74,3 +75,22 @@ def oriented_nms(
         inside = (along < half_length[best]) & (across < half_width[best])
         keep[others[inside & weaker]] = False
     return keep
+
+
+def without_doubles(found: Detections, gsd_m: float) -> Detections:
+    """Return the detections of one picture, best first, without those inside a better one.
+
+    >>> twice = Detections.of_cars([9, 10], [9, 9], [0, 0], [22, 22], [9, 9], [1.0, 0.9])
+    >>> len(without_doubles(twice, 0.2))
+    1
+    """
+    keep = oriented_nms(
+        found.x_px * gsd_m,
+        found.y_px * gsd_m,
+        found.heading_deg,
+        found.length_px * gsd_m,
+        found.width_px * gsd_m,
+        found.score,
+    )
+    order = np.argsort(-found.score, kind="stable")
+    return found.take(order[keep[order]])

@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from covertool.errors import FileError
 from covertool.extract.detectors.blocks import Block, blocks
-from covertool.extract.detectors.nms import oriented_nms
+from covertool.extract.detectors.nms import without_doubles
 from covertool.extract.detectors.onnx_metadata import onnx_metadata
 from covertool.extract.detectors.protocol import MIN_HALO_PX, Detections, Mask, Pixels
 
@@ -136,7 +136,7 @@ class YoloObbDetector:
         ]
         found = Detections.concatenate(parts)
         seen = valid[found.y_px.astype(int), found.x_px.astype(int)]
-        return self._without_doubles(found.take(seen))
+        return without_doubles(found.take(seen), self.gsd_m)
 
     def _owned(self, rgb: Pixels, block: Block) -> Detections:
         """Return the detections whose centre the block owns, in pixels of the picture."""
@@ -192,17 +192,3 @@ class YoloObbDetector:
             np.clip(score[likely], 0, 1),
             np.array(self._kinds, dtype=object)[best[likely]],
         )
-
-    def _without_doubles(self, found: Detections) -> Detections:
-        """Return the detections, best first, without those inside a better one."""
-        ground = self.gsd_m
-        keep = oriented_nms(
-            found.x_px * ground,
-            found.y_px * ground,
-            found.heading_deg,
-            found.length_px * ground,
-            found.width_px * ground,
-            found.score,
-        )
-        order = np.argsort(-found.score, kind="stable")
-        return found.take(order[keep[order]])

@@ -1,0 +1,46 @@
+"""The values that pass between the rooms: frozen, in metres, in one projected CRS."""
+
+from covertool.model.congestion import (
+    Observations,
+    OccupancyCell,
+    OccupancyDay,
+    OccupancyMean,
+    OccupancyTable,
+)
+from covertool.model.coverage import LEVELS, CoverageReport, RadiusCoverage
+from covertool.model.positioning import (
+    PositioningImprovement,
+    PositioningReport,
+    PositioningResult,
+    Trace,
+)
+from covertool.model.sources import AnchorSource, RasterSource
+from covertool.model.tables import Bounds, Floats, Objects
+from covertool.model.town import ORIGINS, SITES, Anchors, DeviceClass, Study, TransitArea, Vehicles
+
+__all__ = [
+    "LEVELS",
+    "ORIGINS",
+    "SITES",
+    "AnchorSource",
+    "Anchors",
+    "Bounds",
+    "CoverageReport",
+    "DeviceClass",
+    "Floats",
+    "Objects",
+    "Observations",
+    "OccupancyCell",
+    "OccupancyDay",
+    "OccupancyMean",
+    "OccupancyTable",
+    "PositioningImprovement",
+    "PositioningReport",
+    "PositioningResult",
+    "RadiusCoverage",
+    "RasterSource",
+    "Study",
+    "Trace",
+    "TransitArea",
+    "Vehicles",
+]

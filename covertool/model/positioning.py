@@ -1,0 +1,136 @@
+"""The trace of moving cars and what their positioning comes to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from covertool.model.tables import Floats, Objects, Table
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+@dataclass(frozen=True)
+class Trace(Table):
+    """True positions and velocities of moving cars at equal time steps, one row a car and step.
+
+    Rows come in any order; a car is in the trace from its first to its last row.
+
+    Attributes
+    ----------
+    time_s : (N,) seconds; whole multiples of ``step_s`` apart
+    vehicle : (N,) object array of str
+    x_m, y_m : (N,) centre of the car in metres
+    vx, vy : (N,) velocity in metres per second at that time
+    step_s : seconds between two steps
+    """
+
+    time_s: Floats
+    vehicle: Objects
+    x_m: Floats
+    y_m: Floats
+    vx: Floats
+    vy: Floats
+    step_s: float = 1.0
+
+    _not_columns = ("step_s",)
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return the trace as a table, one row a car and step."""
+        import pandas as pd
+
+        return pd.DataFrame(self.columns())
+
+
+@dataclass(frozen=True)
+class PositioningResult:
+    """The position errors of one arm, estimator, range noise and zone, of one car or of all.
+
+    Attributes
+    ----------
+    arm : traditional, proposed, gps or gps_odometry
+    estimator, preset, sigma_range_m, radius_m : None for the arms that do not range
+    vehicle : a car's id, or ``all``
+    samples : car-steps over all runs, layouts and traffic seeds
+    diverged : cars that diverged, counted once a run; when there are any, the errors are None
+    mean_error_m, sd_error_m : of the pooled absolute error (what the paper prints)
+    rmse_m, median_error_m, p95_error_m : of the same pooled absolute error
+    bound_rmse_m : root of the mean posterior Cramér-Rao bound; None when it was not computed
+    nees : mean normalised squared error, 2 for an honest filter; None without a covariance
+    """
+
+    arm: str
+    estimator: str | None
+    preset: str | None
+    sigma_range_m: float | None
+    radius_m: float | None
+    vehicle: str
+    samples: int
+    diverged: int
+    mean_error_m: float | None
+    sd_error_m: float | None
+    rmse_m: float | None
+    median_error_m: float | None
+    p95_error_m: float | None
+    bound_rmse_m: float | None = None
+    nees: float | None = None
+
+    @property
+    def rmse_over_bound(self) -> float | None:
+        """RMSE over its lower bound; None when either is unknown."""
+        if self.rmse_m is None or not self.bound_rmse_m:
+            return None
+        return self.rmse_m / self.bound_rmse_m
+
+
+@dataclass(frozen=True)
+class PositioningImprovement:
+    """What parked cars take off the mean error: 100 (1 - proposed / traditional), in percent.
+
+    ``ci95`` is its 95 % bootstrap interval, nested over layouts, traffic seeds and runs; both are
+    None when a car of either arm diverged.
+    """
+
+    estimator: str
+    preset: str
+    sigma_range_m: float
+    radius_m: float
+    vehicle: str
+    percent: float | None
+    ci95: tuple[float, float] | None
+
+
+@dataclass(frozen=True)
+class PositioningReport:
+    """Position errors of every arm, estimator, range noise and zone, and what parked cars save.
+
+    Attributes
+    ----------
+    vehicles, anchors, steps : cars, anchors and time steps of the first scenario
+    scenarios, runs : pairs of traffic and parked layout, and noise runs of each
+    seed : of the noise
+    results, improvements : the tables
+    options : the options as plain values
+    battery_hours, mean_stay_h : how long a parked car can serve, and how long it stays on average
+    """
+
+    vehicles: int
+    anchors: int
+    steps: int
+    scenarios: int
+    runs: int
+    seed: int
+    results: tuple[PositioningResult, ...]
+    improvements: tuple[PositioningImprovement, ...]
+    options: dict[str, Any]
+    battery_hours: float
+    mean_stay_h: float
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return one row for each result."""
+        import pandas as pd
+
+        return pd.DataFrame(
+            [vars(result) | {"rmse_over_bound": result.rmse_over_bound} for result in self.results]
+        )

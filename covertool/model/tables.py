@@ -1,0 +1,59 @@
+"""Columns of equal length held as arrays, and the array types of all rooms."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+from pyproj import CRS
+
+from covertool.errors import GeometryError
+
+if TYPE_CHECKING:
+    import geopandas as gpd
+
+Floats = npt.NDArray[np.float64]
+Objects = npt.NDArray[np.object_]
+Bounds = tuple[float, float, float, float]
+
+
+class Table:
+    """Columns of equal length held as arrays: length, choice of rows, one check of both."""
+
+    _not_columns: tuple[str, ...] = ("crs",)
+
+    def columns(self) -> dict[str, npt.NDArray[Any]]:
+        """Return the columns by name, in the order of the fields."""
+        return {
+            f.name: getattr(self, f.name)
+            for f in fields(self)  # type: ignore[arg-type]
+            if f.name not in self._not_columns
+        }
+
+    def __post_init__(self) -> None:
+        sizes = {name: column.shape for name, column in self.columns().items()}
+        if len(set(sizes.values())) > 1 or any(len(shape) != 1 for shape in sizes.values()):
+            raise GeometryError(
+                "columns differ in length", f"{type(self).__name__}: {sizes}", "pass equal lengths"
+            )
+
+    def __len__(self) -> int:
+        return int(next(iter(self.columns().values())).size)
+
+    def take(self, rows: npt.ArrayLike) -> Self:
+        """Return the chosen rows (a mask or indices) as a new table."""
+        chosen = np.asarray(rows)
+        picked = {name: column[chosen] for name, column in self.columns().items()}
+        return replace(self, **picked)  # type: ignore[type-var]
+
+
+def points_frame(
+    columns: dict[str, npt.NDArray[Any]], x_m: Floats, y_m: Floats, crs: CRS
+) -> gpd.GeoDataFrame:
+    """Return columns and their places as a GeoDataFrame of points."""
+    import geopandas as gpd
+
+    return gpd.GeoDataFrame(columns, geometry=shapely.points(x_m, y_m), crs=crs)
