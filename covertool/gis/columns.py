@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 import shapely
@@ -11,6 +11,8 @@ import shapely
 if TYPE_CHECKING:
     import geopandas as gpd
     import pandas as pd
+
+Frame = TypeVar("Frame", bound="pd.DataFrame")
 
 _BOOLEAN = {"parked"}
 _NUMBER_SUFFIXES = ("_m", "_m2", "_deg", "_px")
@@ -37,6 +39,13 @@ _SHORT_LENGTH = 10
 _NAMES = ("Point", "LineString", "LineString", "Polygon", "MultiPoint", "MultiLineString")
 
 
+def has_geometry(frame: pd.DataFrame) -> bool:
+    """Return True for a layer, False for a plain table of attributes."""
+    import geopandas as gpd
+
+    return isinstance(frame, gpd.GeoDataFrame)
+
+
 def layer_kind(layer: str, frame: gpd.GeoDataFrame) -> str:
     """Return the geometry type of a layer as GDAL names it; polygons are always Multi.
 
@@ -58,14 +67,20 @@ def layer_kind(layer: str, frame: gpd.GeoDataFrame) -> str:
     return "Unknown"
 
 
-def typed(frame: gpd.GeoDataFrame) -> gpd.GeoDataFrame:
+def geometry_column(frame: pd.DataFrame) -> str | None:
+    """Return the name of the geometry column; None for a plain table."""
+    return str(frame.geometry.name) if has_geometry(frame) else None
+
+
+def typed(frame: Frame) -> Frame:
     """Return the frame with columns of Python objects as nullable booleans, numbers or text.
 
     GDAL would else take a column that holds only None, or no row at all, for text or integers.
     """
     out = frame.copy()
+    shape = geometry_column(frame)
     for name in out.columns:
-        if name != out.geometry.name and out[name].dtype == object:
+        if name != shape and out[name].dtype == object:
             out[name] = _typed(str(name), out[name])
     return out
 

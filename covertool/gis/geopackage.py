@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 
 from covertool.errors import FileError, OptionError
 from covertool.gis import guard
-from covertool.gis.columns import layer_kind, typed
+from covertool.gis.columns import geometry_column, has_geometry, layer_kind, typed
 from covertool.gis.layers import snapshot
 from covertool.gis.styles import LAYER_STYLES, qml, sld
 
 if TYPE_CHECKING:
-    import geopandas as gpd
+    import pandas as pd
 
 DATE = "2000-01-01T00:00:00.000Z"
 """Written as every file's date, so that the same input gives the same bytes."""
@@ -25,20 +25,22 @@ _STYLES = """CREATE TABLE IF NOT EXISTS layer_styles (
  f_table_schema TEXT(256), f_table_name TEXT(256), f_geometry_column TEXT(256),
  styleName TEXT(30), styleQML TEXT, styleSLD TEXT, useAsDefault BOOLEAN, description TEXT,
  owner TEXT(30), ui TEXT(30), update_time DATETIME)"""
-_RESERVED = ("layer_styles", "metadata", "")
+OWN_TABLES = ("layer_styles", "metadata")
+"""Tables of the format and of this writer, which are no part of a study's findings."""
 _METADATA = """CREATE TABLE IF NOT EXISTS metadata (
  id INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, key TEXT NOT NULL UNIQUE, value TEXT)"""
 
 
 def write_geopackage(
     path: Path,
-    layers: Mapping[str, gpd.GeoDataFrame],
+    layers: Mapping[str, pd.DataFrame],
     *,
     into: bool = False,
     metadata: Mapping[str, str] | None = None,
 ) -> None:
-    """Write layers as a whole new GeoPackage, or into a copy of an existing one.
+    """Write layers and tables as a whole new GeoPackage, or into a copy of an existing one.
 
+    A GeoDataFrame becomes a layer, a plain DataFrame a table of attributes without geometry.
     The result takes the place of the old file in one step. With ``into`` all other layers stay as
     they are; without it nothing of the old file stays.
 
@@ -62,7 +64,11 @@ def write_geopackage(
 
 
 def _require_free_name(name: str, path: Path) -> None:
-    if name.lower() in _RESERVED or name.lower().startswith(("gpkg_", "sqlite_", "rtree_")):
+    if (
+        not name
+        or name.lower() in OWN_TABLES
+        or name.lower().startswith(("gpkg_", "sqlite_", "rtree_"))
+    ):
         raise OptionError(f"a layer cannot be named {name!r}", str(path), "choose another name")
 
 
@@ -89,12 +95,23 @@ def _fixed_date() -> Iterator[None]:
         pyogrio.set_gdal_config_options({"OGR_CURRENT_DATE": None})
 
 
-def _write_layer(path: Path, name: str, frame: gpd.GeoDataFrame) -> None:
+def _write_layer(path: Path, name: str, frame: pd.DataFrame) -> None:
     import pyogrio
 
-    kind = layer_kind(name, frame)
     table = typed(frame)
-    taken = {str(column).lower() for column in table.columns if column != table.geometry.name}
+    shape = geometry_column(table)
+    taken = {str(column).lower() for column in table.columns if column != shape}
+    key = "fid" if "fid" not in taken else "ogc_fid"
+    if not has_geometry(table):
+        pyogrio.write_dataframe(
+            table,
+            path,
+            layer=name,
+            driver="GPKG",
+            layer_options={"ASPATIAL_VARIANT": "GPKG_ATTRIBUTES", "FID": key},
+        )
+        return
+    kind = layer_kind(name, table)
     pyogrio.write_dataframe(
         table,
         path,
@@ -105,18 +122,18 @@ def _write_layer(path: Path, name: str, frame: gpd.GeoDataFrame) -> None:
         layer_options={
             "SPATIAL_INDEX": "YES",
             "GEOMETRY_NAME": "geom" if "geom" not in taken else "shape_geom",
-            "FID": "fid" if "fid" not in taken else "ogc_fid",
+            "FID": key,
         },
     )
 
 
 def _write_tables(
-    path: Path, layers: Mapping[str, gpd.GeoDataFrame], metadata: Mapping[str, str]
+    path: Path, layers: Mapping[str, pd.DataFrame], metadata: Mapping[str, str]
 ) -> None:
     with closing(sqlite3.connect(path)) as connection, connection:
         connection.execute(_STYLES)
         connection.execute(_METADATA)
-        for table in ("layer_styles", "metadata"):
+        for table in OWN_TABLES:
             connection.execute(
                 "INSERT OR IGNORE INTO gpkg_contents (table_name, data_type, identifier,"
                 " description, last_change) VALUES (?, 'attributes', ?, '', ?)",
@@ -124,7 +141,7 @@ def _write_tables(
             )
         for name in layers:
             connection.execute("DELETE FROM layer_styles WHERE f_table_name = ?", (name,))
-            if name in LAYER_STYLES:
+            if name in LAYER_STYLES and has_geometry(layers[name]):
                 _insert_style(connection, name)
         connection.executemany(
             "INSERT OR REPLACE INTO metadata (key, value) VALUES (?, ?)", metadata.items()
@@ -144,7 +161,7 @@ def _insert_style(connection: sqlite3.Connection, name: str) -> None:
     )
 
 
-def _check(temporary: Path, path: Path, layers: Mapping[str, gpd.GeoDataFrame]) -> None:
+def _check(temporary: Path, path: Path, layers: Mapping[str, pd.DataFrame]) -> None:
     """Reopen the file and count: what was written must be there."""
     with closing(_connect_read_only(temporary)) as connection:
         for name, frame in layers.items():

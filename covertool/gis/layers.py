@@ -113,6 +113,17 @@ def geometry_layers(opened: Path, path: Path) -> list[str]:
     return [str(name) for name, kind in listed if kind is not None]
 
 
+def attribute_tables(opened: Path, path: Path) -> list[str]:
+    """Return the names of the tables of a GeoPackage that hold no geometry."""
+    import pyogrio
+
+    try:
+        listed = pyogrio.list_layers(opened)
+    except pyogrio.errors.DataSourceError as error:
+        raise _unreadable(path, error) from None
+    return [str(name) for name, kind in listed if kind is None]
+
+
 @contextmanager
 def readable(path: Path, known: Format) -> Iterator[Path]:
     """Yield a path to read from that leaves nothing beside the user's file.

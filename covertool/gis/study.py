@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 
 from covertool.gis import guard
 from covertool.gis.formats import GEOPACKAGE
-from covertool.gis.geopackage import read_metadata
-from covertool.gis.layers import geometry_layers, read_layer, readable
+from covertool.gis.geopackage import OWN_TABLES, read_metadata
+from covertool.gis.layers import attribute_tables, geometry_layers, read_layer, readable
 
 if TYPE_CHECKING:
     import geopandas as gpd
+    import pandas as pd
 
 
 def layer_names(path: str | Path) -> list[str]:
@@ -26,6 +27,39 @@ def layer_names(path: str | Path) -> list[str]:
     checked, known = guard.input_file(path, (GEOPACKAGE,))
     with readable(checked, known) as opened:
         return geometry_layers(opened, checked)
+
+
+def table_names(path: str | Path) -> list[str]:
+    """Return the names of a study's tables of findings, which hold no geometry.
+
+    Raises
+    ------
+    FileError
+        When the file is not a readable GeoPackage.
+    """
+    checked, known = guard.input_file(path, (GEOPACKAGE,))
+    with readable(checked, known) as opened:
+        return [name for name in attribute_tables(opened, checked) if name not in OWN_TABLES]
+
+
+def read_tables(path: str | Path, names: Iterable[str]) -> dict[str, pd.DataFrame]:
+    """Return those of the named tables of findings that a study has, in the order of the names.
+
+    Raises
+    ------
+    FileError
+        When the file is not a readable GeoPackage.
+    """
+    import pyogrio
+
+    checked, known = guard.input_file(path, (GEOPACKAGE,))
+    with readable(checked, known) as opened:
+        there = set(attribute_tables(opened, checked)) - set(OWN_TABLES)
+        return {
+            name: pyogrio.read_dataframe(opened, layer=name, read_geometry=False)
+            for name in names
+            if name in there
+        }
 
 
 def inherited_metadata(files: Iterable[Path]) -> dict[str, str]:

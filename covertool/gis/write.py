@@ -15,19 +15,20 @@ import shapely
 from covertool import crs as crs_door
 from covertool.errors import CrsError, FileError, GeometryError, OptionError
 from covertool.gis import formats, guard
-from covertool.gis.columns import layer_kind, short_names, typed
+from covertool.gis.columns import has_geometry, layer_kind, short_names, typed
 from covertool.gis.formats import VECTOR_FORMATS, Format
 from covertool.gis.geopackage import write_geopackage
 
 if TYPE_CHECKING:
     import geopandas as gpd
+    import pandas as pd
 
 _LOG = logging.getLogger(__name__)
 
 
 def write_layers(
     path: str | Path,
-    layers: Mapping[str, gpd.GeoDataFrame],
+    layers: Mapping[str, pd.DataFrame],
     *,
     overwrite: bool = False,
     into: bool = False,
@@ -41,8 +42,9 @@ def write_layers(
     path : str or Path
         ``.gpkg`` holds many layers; ``.geojson``, ``.parquet``, ``.fgb``, ``.shp`` and ``.csv``
         (points) hold one.
-    layers : mapping of str to GeoDataFrame
-        Layers by name.
+    layers : mapping of str to GeoDataFrame or DataFrame
+        Layers by name. A plain DataFrame is written as a table of attributes without geometry,
+        which only a GeoPackage holds.
     overwrite : bool
         Replace an existing file.
     into : bool
@@ -77,6 +79,10 @@ def write_layers(
             "write a .gpkg, or choose one layer",
         )
     name, frame = next(iter(layers.items()))
+    if not has_geometry(frame):
+        raise GeometryError(
+            f"the table {name} has no geometry", str(checked), "write tables to a .gpkg"
+        )
     _write_single(checked, known, name, frame)
 
 
