@@ -1,4 +1,4 @@
-"""The paper's tables as data."""
+"""The paper's Table I: congestion in Dublin."""
 
 from __future__ import annotations
 
