@@ -12,6 +12,7 @@ from covertool.model.positioning import (
     PositioningImprovement,
     PositioningReport,
     PositioningResult,
+    PositionTracks,
     Trace,
 )
 from covertool.model.sources import AnchorSource, RasterSource
@@ -34,6 +35,7 @@ __all__ = [
     "OccupancyDay",
     "OccupancyMean",
     "OccupancyTable",
+    "PositionTracks",
     "PositioningImprovement",
     "PositioningReport",
     "PositioningResult",

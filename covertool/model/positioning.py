@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+import numpy.typing as npt
+
 from covertool.model.tables import Floats, Objects, Table
 
 if TYPE_CHECKING:
@@ -38,6 +41,56 @@ class Trace(Table):
 
     def to_frame(self) -> pd.DataFrame:
         """Return the trace as a table, one row a car and step."""
+        import pandas as pd
+
+        return pd.DataFrame(self.columns())
+
+
+@dataclass(frozen=True)
+class PositionTracks(Table):
+    """Where cars are, where GPS says and where an estimator says, one row a run, car and step.
+
+    Rows are in the order of run, time and car.
+
+    Attributes
+    ----------
+    run : (N,) number of the noise run, from 0
+    time_s : (N,) seconds, as in the trace
+    vehicle : (N,) object array of str
+    true_x_m, true_y_m : (N,) centre of the car in metres
+    gps_x_m, gps_y_m : (N,) its GPS fix
+    estimated_x_m, estimated_y_m : (N,) the estimate; NaN for a car from where it diverged
+    arm, estimator, sigma_range_m, radius_m : as in :class:`PositioningResult`
+    seed : of the noise
+    """
+
+    run: npt.NDArray[np.int64]
+    time_s: Floats
+    vehicle: Objects
+    true_x_m: Floats
+    true_y_m: Floats
+    gps_x_m: Floats
+    gps_y_m: Floats
+    estimated_x_m: Floats
+    estimated_y_m: Floats
+    arm: str
+    estimator: str | None
+    sigma_range_m: float | None
+    radius_m: float | None
+    seed: int
+
+    _not_columns = ("arm", "estimator", "sigma_range_m", "radius_m", "seed")
+
+    @property
+    def error_m(self) -> Floats:
+        """Absolute error of each estimate in metres."""
+        error: Floats = np.hypot(
+            self.estimated_x_m - self.true_x_m, self.estimated_y_m - self.true_y_m
+        )
+        return error
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return the tracks as a table, one row a run, car and step."""
         import pandas as pd
 
         return pd.DataFrame(self.columns())

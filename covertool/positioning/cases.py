@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
+from covertool.errors import OptionError
 from covertool.model import Anchors, Trace
 from covertool.positioning.bound import JointBound
 from covertool.positioning.ekf import Ekf
@@ -73,19 +75,34 @@ class Work:
 
     def __call__(self, piece: Piece) -> Sums | JointBound | None:
         """Return the sums of a block of runs, or a bound; None when it is too large."""
+        return self.filtering(piece).run() if piece.runs else self._bound(piece)
+
+    def filtering(self, piece: Piece) -> Filtering:
+        """Return what walks through the trace for a block of runs."""
         steps, case = self.steps[piece.scenario], piece.case
-        site = self.sites[piece.scenario] if case.arm == "proposed" else _site(None)
         options = options_of(self.options, case)
+        return Filtering(
+            steps,
+            self._site_of(piece),
+            _estimator(case, options, len(steps.vehicle)),
+            options,
+            case.radius_m,
+            _range_model(options, case),
+            (self.seed, piece.scenario),
+            piece.first_run,
+            piece.runs,
+        )
+
+    def _site_of(self, piece: Piece) -> Site:
+        return self.sites[piece.scenario] if piece.case.arm == "proposed" else _site(None)
+
+    def _bound(self, piece: Piece) -> JointBound | None:
+        steps, case = self.steps[piece.scenario], piece.case
+        options = options_of(self.options, case)
+        if _smooths(options, case):
+            return None  # the bound is that of a filter, which cannot see what comes
         model = _range_model(options, case)
-        if piece.runs == 0:
-            if _smooths(options, case):
-                return None  # the bound is that of a filter, which cannot see what comes
-            return _bound(steps, site, options, case, model)
-        estimator = _estimator(case, options, len(steps.vehicle))
-        key = (self.seed, piece.scenario)
-        runs = (piece.first_run, piece.runs)
-        filtering = Filtering(steps, site, estimator, options, case.radius_m, model, key, *runs)
-        return filtering.run()
+        return _bound(steps, self._site_of(piece), options, case, model)
 
     def blocks(self, scenario: int, case: Case, runs: int) -> list[Piece]:
         """Return the pieces of a case: blocks of runs, in their order."""
@@ -96,6 +113,44 @@ class Work:
         return [
             Piece(scenario, case, first, min(size, runs - first)) for first in range(0, runs, size)
         ]
+
+
+def check_cases(
+    scenarios: Sequence[Scenario],
+    arms: Sequence[str],
+    estimators: Sequence[str],
+    lengths_m: Sequence[float],
+) -> None:
+    """Raise OptionError unless all of it exists and the lengths are finite and not negative."""
+    if not scenarios:
+        raise OptionError("there is no scenario", "scenarios", "give at least one trace")
+    for arm in arms:
+        if arm not in ARMS:
+            raise OptionError(f"there is no arm {arm!r}", "arms", f"use {', '.join(ARMS)}")
+    for name in estimators:
+        if name not in ESTIMATORS:
+            if ":" not in name:
+                known = ", ".join(ESTIMATORS)
+                raise OptionError(
+                    f"there is no estimator {name!r}", "estimators", f"use {known} or module:Name"
+                )
+            load_estimator(name)
+    if not all(math.isfinite(length) and length >= 0 for length in lengths_m):
+        raise OptionError(
+            "a range noise or a zone is negative or not a number",
+            f"{', '.join(str(length) for length in lengths_m)}",
+            "use metres from 0",
+        )
+
+
+def check_vehicles(vehicles: Sequence[str], work: Work) -> None:
+    """Raise OptionError unless each of these cars is in a trace."""
+    known = {name for steps in work.steps for name in steps.vehicle}
+    for name in vehicles:
+        if name not in known:
+            raise OptionError(
+                f"there is no car {name!r} in the trace", "vehicles", "name a car of the trace"
+            )
 
 
 def options_of(options: PositioningOptions, case: Case) -> PositioningOptions:

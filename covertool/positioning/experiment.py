@@ -9,20 +9,19 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from covertool.dsrc import MEAN_STAY_H, battery_hours
-from covertool.errors import OptionError
 from covertool.model import PositioningImprovement, PositioningReport, PositioningResult
 from covertool.positioning.bound import JointBound
 from covertool.positioning.cases import (
     ARMS,
-    ESTIMATORS,
     RANGING_ARMS,
     Case,
     Piece,
     Scenario,
     Work,
+    check_cases,
+    check_vehicles,
     preset_of,
 )
-from covertool.positioning.estimators import load_estimator
 from covertool.positioning.noise import check_address
 from covertool.positioning.options import PositioningOptions
 from covertool.positioning.statistics import Sums, improvement, statistics_of
@@ -71,11 +70,11 @@ def position_errors(
     GeometryError
         When a trace is empty or broken.
     """
-    _check(scenarios, arms, estimators, (*sigmas_m, *radii_m))
+    check_cases(scenarios, arms, estimators, (*sigmas_m, *radii_m))
     check_address(seed, runs)
     options = options or PositioningOptions()
     work = Work(scenarios, options, seed)
-    _check_vehicles(vehicles, work)
+    check_vehicles(vehicles, work)
     cases = _cases(arms, estimators, sigmas_m, radii_m)
     pieces = [
         piece
@@ -92,42 +91,6 @@ def position_errors(
     return _Table(scenarios, work, dict(zip(pieces, found, strict=True)), runs).report(
         cases, vehicles
     )
-
-
-def _check(
-    scenarios: Sequence[Scenario],
-    arms: Sequence[str],
-    estimators: Sequence[str],
-    lengths_m: Sequence[float],
-) -> None:
-    if not scenarios:
-        raise OptionError("there is no scenario", "scenarios", "give at least one trace")
-    for arm in arms:
-        if arm not in ARMS:
-            raise OptionError(f"there is no arm {arm!r}", "arms", f"use {', '.join(ARMS)}")
-    for name in estimators:
-        if name not in ESTIMATORS:
-            if ":" not in name:
-                known = ", ".join(ESTIMATORS)
-                raise OptionError(
-                    f"there is no estimator {name!r}", "estimators", f"use {known} or module:Name"
-                )
-            load_estimator(name)
-    if not all(math.isfinite(length) and length >= 0 for length in lengths_m):
-        raise OptionError(
-            "a range noise or a zone is negative or not a number",
-            f"{', '.join(str(length) for length in lengths_m)}",
-            "use metres from 0",
-        )
-
-
-def _check_vehicles(vehicles: Sequence[str], work: Work) -> None:
-    known = {name for steps in work.steps for name in steps.vehicle}
-    for name in vehicles:
-        if name not in known:
-            raise OptionError(
-                f"there is no car {name!r} in the trace", "vehicles", "name a car of the trace"
-            )
 
 
 def _cases(

@@ -81,10 +81,8 @@ class Filtering:
     def run(self) -> Sums:
         """Return the sums of the errors over the whole trace."""
         sums = Sums.zero(self._runs, len(self._steps.vehicle))
-        states = self.states()
-        if self._options.smoothing and self._estimator.name == "second_order":
-            states = smoothed(list(self.passed()), self._runs, len(self._steps.vehicle))
-        for step, state in states:
+        for passed in self.estimates():
+            step, state = passed.step, passed.known
             covariance = state.covariance
             if not self._estimator.gives_covariance:
                 covariance = np.zeros_like(covariance)
@@ -92,6 +90,12 @@ class Filtering:
             truth = np.ascontiguousarray(step.position)
             sums.add(step.car, truth, state.position, covariance, limit_m)
         return sums
+
+    def estimates(self) -> Iterator[Passed]:
+        """Yield each step with its final estimate: from the end where a filter looks back."""
+        if self._options.smoothing and self._estimator.name == "second_order":
+            return smoothed(list(self.passed()), self._runs, len(self._steps.vehicle))
+        return self.passed()
 
     def states(self) -> Iterator[tuple[Step, State]]:
         """Yield each step with the state after it; rows are cars within runs."""
@@ -106,7 +110,7 @@ class Filtering:
             state = self._update(step, predicted, gps, velocity)
             state = self._settle(step, predicted, state, gps)
             self._keep(step, state)
-            yield Passed(step, predicted, state)
+            yield Passed(step, predicted, state, gps)
 
     def _sensed_velocity(self, step: Step) -> Floats:
         """Return the velocity that carries the estimate to this step."""

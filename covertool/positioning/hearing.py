@@ -35,7 +35,10 @@ Mask = npt.NDArray[np.bool_]
 
 
 class Steps(NamedTuple):
-    """A trace in the order of time and car: rows ``start[t]`` to ``start[t + 1]`` are step t."""
+    """A trace in the order of time and car: rows ``start[t]`` to ``start[t + 1]`` are step t.
+
+    Step 0 is at ``first_s`` seconds; two steps are ``step_s`` apart.
+    """
 
     vehicle: list[str]
     start: Indices
@@ -43,6 +46,7 @@ class Steps(NamedTuple):
     position: Floats
     velocity: Floats
     step_s: float
+    first_s: float
 
 
 def steps_of(trace: Trace) -> Steps:
@@ -78,6 +82,7 @@ def steps_of(trace: Trace) -> Steps:
         np.ascontiguousarray(values[:, :2]),
         np.ascontiguousarray(values[:, 2:]),
         float(trace.step_s),
+        float(trace.time_s.min()),
     )
 
 

@@ -13,14 +13,18 @@ from covertool.positioning.hearing import Step
 
 
 class Passed(NamedTuple):
-    """One step of a filter: what it predicted, and what it knew after the measurements."""
+    """One step of a filter: what it predicted, and what it knew after the measurements.
+
+    ``gps`` is (rows, 2), the fixes of the step.
+    """
 
     step: Step
     predicted: State
     known: State
+    gps: Floats
 
 
-def smoothed(run: Sequence[Passed], runs: int, cars: int) -> Iterator[tuple[Step, State]]:
+def smoothed(run: Sequence[Passed], runs: int, cars: int) -> Iterator[Passed]:
     """Yield the steps backwards with what is known of them when the whole trace is.
 
     ``x_s = x + G (x_s' - x'-)`` and ``P_s = P + G (P_s' - P'-) G'`` with ``G = P P'-^-1``, where a
@@ -53,7 +57,7 @@ def smoothed(run: Sequence[Passed], runs: int, cars: int) -> Iterator[tuple[Step
             x[rows], p[rows] = _look_back(x[rows], p[rows], predicted, later)
         later_x[:, car], later_p[:, car] = x.reshape(runs, -1, 2), p.reshape(runs, -1, 3)
         next_step = passed
-        yield passed.step, State(x, p)
+        yield passed._replace(known=State(x, p))
 
 
 def _matrices(covariance: Floats) -> Floats:

@@ -208,7 +208,7 @@ def test_looking_back_halves_the_variance_of_gps_and_odometry():
     trace = straight(cars=2, steps=steps)
     run = filtering(trace, SecondOrder(2), runs=500, velocity="current", smoothing=True)
     states = list(smoothed(list(run.passed()), 500, 2))
-    step, state = states[steps // 2]
+    step, state = states[steps // 2].step, states[steps // 2].known
     ahead = q / 2 + math.sqrt(q * q / 4 + q * r)
     known = ahead - q
     expected = 1 / (1 / known + 1 / ahead)
