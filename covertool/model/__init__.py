@@ -9,6 +9,7 @@ from covertool.model.congestion import (
 )
 from covertool.model.coverage import LEVELS, CoverageReport, RadiusCoverage
 from covertool.model.positioning import (
+    LayoutImprovement,
     PositioningImprovement,
     PositioningReport,
     PositioningResult,
@@ -29,6 +30,7 @@ __all__ = [
     "CoverageReport",
     "DeviceClass",
     "Floats",
+    "LayoutImprovement",
     "Objects",
     "Observations",
     "OccupancyCell",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -155,6 +155,28 @@ class PositioningImprovement:
 
 
 @dataclass(frozen=True)
+class LayoutImprovement:
+    """What parked cars save in one scenario: one layout of parked cars with one traffic."""
+
+    layout: int
+    traffic_seed: int
+    estimator: str
+    preset: str
+    sigma_range_m: float
+    radius_m: float
+    vehicle: str
+    traditional_m: float
+    proposed_m: float
+
+    @property
+    def percent(self) -> float | None:
+        """Improvement of the mean error in percent; None when there was no error to improve."""
+        if self.traditional_m <= 0:
+            return None
+        return 100 * (1 - self.proposed_m / self.traditional_m)
+
+
+@dataclass(frozen=True)
 class PositioningReport:
     """Position errors of every arm, estimator, range noise and zone, and what parked cars save.
 
@@ -164,8 +186,10 @@ class PositioningReport:
     scenarios, runs : pairs of traffic and parked layout, and noise runs of each
     seed : of the noise
     results, improvements : the tables
+    layouts : the improvements of each scenario alone
     options : the options as plain values
     battery_hours, mean_stay_h : how long a parked car can serve, and how long it stays on average
+    estimate_seconds, bound_seconds : time that both took; no part of a comparison
     """
 
     vehicles: int
@@ -179,6 +203,9 @@ class PositioningReport:
     options: dict[str, Any]
     battery_hours: float
     mean_stay_h: float
+    layouts: tuple[LayoutImprovement, ...] = ()
+    estimate_seconds: float = field(default=0.0, compare=False)
+    bound_seconds: float | None = field(default=None, compare=False)
 
     def to_frame(self) -> pd.DataFrame:
         """Return one row for each result."""

@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import time
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from covertool.dsrc import MEAN_STAY_H, battery_hours
-from covertool.model import PositioningImprovement, PositioningReport, PositioningResult
+from covertool.model import (
+    LayoutImprovement,
+    PositioningImprovement,
+    PositioningReport,
+    PositioningResult,
+)
 from covertool.positioning.bound import JointBound
 from covertool.positioning.cases import (
     ARMS,
@@ -45,6 +51,7 @@ def position_errors(
     workers: int = 1,
     scheduler: str | None = None,
     ledger: Ledger | None = None,
+    on_start: Callable[[int], object] | None = None,
     on_done: Callable[[int], object] | None = None,
 ) -> PositioningReport:
     """Return the position errors of every arm, estimator, range noise and zone.
@@ -62,6 +69,7 @@ def position_errors(
     bound : compute the posterior Cramér-Rao bound
     workers, scheduler, ledger, on_done : see :func:`covertool.spread.spread`; they do not change
         a bit of the result
+    on_start : called once with the number of pieces of which ``on_done`` tells
 
     Raises
     ------
@@ -82,14 +90,22 @@ def position_errors(
         for number in range(len(scenarios))
         for piece in work.blocks(number, case, runs)
     ]
-    if bound:
-        bounds = dict.fromkeys(_bound_case(case) for case in cases)
-        pieces += [Piece(n, case, 0, 0) for case in bounds for n in range(len(scenarios))]
-    found = spread(
-        work, pieces, workers=workers, scheduler=scheduler, ledger=ledger, on_done=on_done
-    )
-    return _Table(scenarios, work, dict(zip(pieces, found, strict=True)), runs).report(
-        cases, vehicles
+    bounds = dict.fromkeys(_bound_case(case) for case in cases) if bound else {}
+    below = [Piece(n, case, 0, 0) for case in bounds for n in range(len(scenarios))]
+    if on_start is not None:
+        on_start(len(pieces) + len(below))
+    found: dict[Piece, Sums | JointBound | None] = {}
+    seconds = []
+    for part in (pieces, below):
+        begun = time.perf_counter()
+        done = spread(
+            work, part, workers=workers, scheduler=scheduler, ledger=ledger, on_done=on_done
+        )
+        found.update(zip(part, done, strict=True))
+        seconds.append(time.perf_counter() - begun)
+    report = _Table(scenarios, work, found, runs).report(cases, vehicles)
+    return dataclasses.replace(
+        report, estimate_seconds=seconds[0], bound_seconds=seconds[1] if bound else None
     )
 
 
@@ -134,6 +150,13 @@ class _Table:
         results = tuple(self._result(case, name) for case in cases for name in named)
         pairs = [c for c in cases if c.arm == "proposed" and c._replace(arm="traditional") in cases]
         improvements = tuple(self._improvement(case, name) for case in pairs for name in named)
+        layouts = tuple(
+            layout
+            for case in pairs
+            for name in named
+            for number in range(len(self._scenarios))
+            if (layout := self._layout(case, number, name)) is not None
+        )
         return PositioningReport(
             vehicles=len(work.steps[0].vehicle),
             anchors=len(first.anchors),
@@ -143,6 +166,7 @@ class _Table:
             seed=work.seed,
             results=results,
             improvements=improvements,
+            layouts=layouts,
             options=dataclasses.asdict(work.options),
             battery_hours=battery_hours(),
             mean_stay_h=MEAN_STAY_H,
@@ -202,4 +226,26 @@ class _Table:
             vehicle,
             percent,
             ci95,
+        )
+
+    def _layout(self, case: Case, number: int, vehicle: str) -> LayoutImprovement | None:
+        """Return what one scenario alone gives; None when the car is not in it or diverged."""
+        means_m = []
+        for arm in RANGING_ARMS:
+            sums = self._sums(case._replace(arm=arm), number, vehicle)
+            mean_m = statistics_of([sums]).mean_error_m if sums is not None else None
+            if mean_m is None:
+                return None
+            means_m.append(mean_m)
+        scenario = self._scenarios[number]
+        return LayoutImprovement(
+            scenario.layout,
+            scenario.traffic_seed,
+            str(case.estimator),
+            str(preset_of(case.estimator)),
+            float(case.sigma_range_m or 0.0),
+            float(case.radius_m or 0.0),
+            vehicle,
+            traditional_m=means_m[0],
+            proposed_m=means_m[1],
         )

@@ -1,0 +1,151 @@
+"""Figures of the positioning: the error over time, and what parked cars save by their density."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from covertool.model import Floats, PositionTracks
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+COLOURS = {
+    "traditional": "#d95f02",
+    "proposed": "#1b7837",
+    "gps": "#7f7f7f",
+    "gps_odometry": "#4f81bd",
+}
+"""One colour for each arm, told apart also by colour-blind readers."""
+
+LABELS = {
+    "traditional": "traditional CP",
+    "proposed": "proposed CP, with parked cars",
+    "gps": "GPS alone",
+    "gps_odometry": "GPS and odometry",
+}
+BAND = (10.0, 90.0)
+"""Percentiles of the runs between which the band lies."""
+
+_Case = tuple[str, float | None, float | None]
+_NAMES = {"gcpso": "GCPSO", "ekf": "EKF", "second_order": "second order"}
+
+
+def error_over_time(tracks: Sequence[PositionTracks], cars: Sequence[str]) -> Figure:
+    """Return the error of cars over time: the mean over the runs, and a band of 10 to 90 %.
+
+    One column a car, one row an estimator and range noise, one line an arm (the paper's Fig. 8).
+
+    Parameters
+    ----------
+    tracks : one for each arm, estimator and range noise; arms that do not range go into every panel
+    cars : ids of the cars to draw
+    """
+    rows: list[_Case | None] = list(dict.fromkeys(filter(None, map(_row, tracks))))
+    rows = rows or [None]
+    figure = Figure(
+        figsize=(max(4.2 * len(cars), 7.0), 2.1 * len(rows) + 1.1), layout="constrained"
+    )
+    panels = figure.subplots(len(rows), len(cars), squeeze=False, sharex="col", sharey=True)
+    for row, case in enumerate(rows):
+        shown = [track for track in tracks if _row(track) in (case, None)]
+        for axes, car in zip(panels[row], cars, strict=True):
+            for track in shown:
+                _draw_error(axes, track, car)
+            axes.set_title(f"car {car}{_case_text(case)}", loc="left", fontsize=9)
+            axes.grid(alpha=0.25, linewidth=0.5)
+        panels[row][0].set_ylabel("error (m)")
+    for axes in panels[-1]:
+        axes.set_xlabel("time (s)")
+    panels[0][0].set_ylim(bottom=0)
+    handles, labels = panels[0][0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=8, frameon=False)
+    return figure
+
+
+def _row(track: PositionTracks) -> _Case | None:
+    if track.estimator is None:
+        return None
+    return track.estimator, track.sigma_range_m, track.radius_m
+
+
+def _case_text(case: _Case | None) -> str:
+    if case is None:
+        return ""
+    estimator, sigma_m, radius_m = case
+    return f", {_NAMES.get(estimator, estimator)}, range noise {sigma_m:g} m, zone {radius_m:g} m"
+
+
+def _draw_error(axes: Axes, track: PositionTracks, car: str) -> None:
+    time_s, errors_m = errors_by_run(track, car)
+    low, high = np.nanpercentile(errors_m, BAND, axis=0)
+    colour = COLOURS[track.arm]
+    axes.fill_between(time_s, low, high, color=colour, alpha=0.15, linewidth=0)
+    axes.plot(time_s, np.nanmean(errors_m, axis=0), color=colour, label=LABELS[track.arm])
+
+
+def errors_by_run(track: PositionTracks, car: str) -> tuple[Floats, Floats]:
+    """Return the times of a car, (N,), and its errors in metres, (runs, N)."""
+    mine = np.flatnonzero(track.vehicle == car)
+    runs = int(np.unique(track.run[mine]).size)
+    return track.time_s[mine].reshape(runs, -1)[0], track.error_m[mine].reshape(runs, -1)
+
+
+@dataclass(frozen=True)
+class DensityPoints:
+    """What parked cars saved one car, over several layouts of parked cars.
+
+    Attributes
+    ----------
+    car : its name in the legend
+    met_per_km : (N,) parked cars met per kilometre, one for each layout
+    percent : (N,) improvement in percent
+    """
+
+    car: str
+    met_per_km: Floats
+    percent: Floats
+
+
+def density_figure(
+    points: Sequence[DensityPoints], *, title: str, paper: DensityPoints | None = None
+) -> Figure:
+    """Return parked cars met per kilometre against improvement, as in the paper's Table VIII.
+
+    Small dots are layouts; a large one with bars is the mean over them and their standard
+    deviation.
+
+    Parameters
+    ----------
+    points : one for each car
+    title : the headline
+    paper : the paper's own points, drawn as hollow diamonds
+    """
+    figure = Figure(figsize=(7.4, 4.8), layout="constrained")
+    axes = figure.add_subplot()
+    for number, each in enumerate(points):
+        colour = f"C{number % 10}"
+        several = len(each.percent) > 1
+        if several:
+            axes.scatter(each.met_per_km, each.percent, s=9, color=colour, alpha=0.45, linewidths=0)
+        axes.errorbar(
+            float(np.mean(each.met_per_km)), float(np.mean(each.percent)),
+            xerr=float(np.std(each.met_per_km, ddof=1)) if several else None,
+            yerr=float(np.std(each.percent, ddof=1)) if several else None,
+            fmt="o", color=colour, capsize=3, markersize=7, label=each.car,
+        )  # fmt: skip
+    if paper is not None:
+        axes.plot(
+            paper.met_per_km, paper.percent, "D", color="black", fillstyle="none", label=paper.car
+        )
+    axes.axhline(0.0, color="black", linewidth=0.6)
+    axes.set(xlabel="parked cars met per km", ylabel="improvement of the mean error (%)")
+    axes.set_xlim(left=0)
+    axes.set_title(title, loc="left", fontsize=10)
+    axes.grid(alpha=0.25, linewidth=0.5)
+    axes.legend(fontsize=8, frameon=False)
+    return figure
