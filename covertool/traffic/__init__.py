@@ -1,1 +1,1 @@
-"""Everything SUMO."""
+"""Everything SUMO: nets, demand, the child process that drives, and the traces of its cars."""
