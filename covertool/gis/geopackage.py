@@ -12,13 +12,17 @@ from covertool.errors import FileError, OptionError
 from covertool.gis import guard
 from covertool.gis.columns import geometry_column, has_geometry, layer_kind, typed
 from covertool.gis.layers import snapshot
-from covertool.gis.styles import LAYER_STYLES, qml, sld
+from covertool.gis.qml import qml
+from covertool.gis.sld import sld
+from covertool.gis.styles import Style, choices, style_of
 
 if TYPE_CHECKING:
     import pandas as pd
 
 DATE = "2000-01-01T00:00:00.000Z"
 """Written as every file's date, so that the same input gives the same bytes."""
+
+_DATASET = {"VERSION": "1.3"}  # QGIS 3.22 and ArcGIS Pro 2.9 warn of 1.4
 
 _STYLES = """CREATE TABLE IF NOT EXISTS layer_styles (
  id INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, f_table_catalog TEXT(256),
@@ -108,6 +112,7 @@ def _write_layer(path: Path, name: str, frame: pd.DataFrame) -> None:
             path,
             layer=name,
             driver="GPKG",
+            dataset_options=_DATASET,
             layer_options={"ASPATIAL_VARIANT": "GPKG_ATTRIBUTES", "FID": key},
         )
         return
@@ -119,6 +124,7 @@ def _write_layer(path: Path, name: str, frame: pd.DataFrame) -> None:
         driver="GPKG",
         geometry_type=kind,
         promote_to_multi=kind.startswith("Multi"),
+        dataset_options=_DATASET,
         layer_options={
             "SPATIAL_INDEX": "YES",
             "GEOMETRY_NAME": "geom" if "geom" not in taken else "shape_geom",
@@ -141,15 +147,18 @@ def _write_tables(
             )
         for name in layers:
             connection.execute("DELETE FROM layer_styles WHERE f_table_name = ?", (name,))
-            if name in LAYER_STYLES and has_geometry(layers[name]):
-                _insert_style(connection, name)
+            style = style_of(name) if has_geometry(layers[name]) else None
+            if style is not None:
+                _insert_style(connection, name, style, layers[name])
         connection.executemany(
             "INSERT OR REPLACE INTO metadata (key, value) VALUES (?, ?)", metadata.items()
         )
 
 
-def _insert_style(connection: sqlite3.Connection, name: str) -> None:
-    style = LAYER_STYLES[name]
+def _insert_style(
+    connection: sqlite3.Connection, name: str, style: Style, frame: pd.DataFrame
+) -> None:
+    rows = choices(frame)
     column = connection.execute(
         "SELECT column_name FROM gpkg_geometry_columns WHERE table_name = ?", (name,)
     ).fetchone()[0]
@@ -157,7 +166,7 @@ def _insert_style(connection: sqlite3.Connection, name: str) -> None:
         "INSERT INTO layer_styles (f_table_catalog, f_table_schema, f_table_name,"
         " f_geometry_column, styleName, styleQML, styleSLD, useAsDefault, description, owner,"
         " update_time) VALUES ('', '', ?, ?, 'covertool', ?, ?, 1, 'colours of the paper', '', ?)",
-        (name, column, qml(style), sld(name, style), DATE),
+        (name, column, qml(style, rows), sld(name, style, rows), DATE),
     )
 
 

@@ -1,122 +1,89 @@
-"""The paper's colours, as QGIS (QML) and other GIS (SLD) styles."""
+"""The paper's colours, and how each layer of a study looks; `qml`, `sld` and `kml` spell it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from xml.sax.saxutils import quoteattr
+from typing import TYPE_CHECKING
 
-LEVEL_COLOURS = {1: "#ffdc00", 2: "#ff8c00", 3: "#e0201b"}
+if TYPE_CHECKING:
+    import pandas as pd
+
+LEVEL_COLOURS = {1: "#ffd92f", 2: "#fd8d3c", 3: "#e31a1c"}
 """Yellow, orange and red for Levels 1, 2 and 3, as in the paper's figures."""
-TRANSIT_COLOUR = "#2f6fd0"
+TRANSIT_COLOUR = "#4f81bd"
 PARKED_COLOUR = "#000000"
+BUILDING_COLOUR = "#d9d6d0"
+
+_CAR_LENGTH_M = 4.4
 
 
 @dataclass(frozen=True)
 class Style:
-    """How a layer looks: its kind of symbol, colour, opacity and size."""
+    """How a layer looks.
+
+    Attributes
+    ----------
+    kind : fill, line or marker
+    colour : of the fill, line or marker, as #rrggbb
+    opacity : 0 (not seen) to 1
+    size_mm : width of a line, diameter of a marker, or width of a fill's outline on paper
+    size_m : diameter of a marker on the ground, where a GIS can draw that; never below a third
+        of ``size_mm`` nor above twice that
+    outline : colour of a fill's outline, or None
+    title : what a legend calls it
+    """
 
     kind: str
     colour: str
     opacity: float = 1.0
     size_mm: float = 1.0
+    size_m: float | None = None
+    outline: str | None = None
+    title: str = ""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Rows of a layer that are shown or hidden together, such as the levels of one radius."""
+
+    radius_m: float
+    label: str
+    shown: bool
 
 
 LAYER_STYLES = {
-    "coverage_level_1": Style("fill", LEVEL_COLOURS[1], 0.85),
-    "coverage_level_2": Style("fill", LEVEL_COLOURS[2], 0.85),
-    "coverage_level_3": Style("fill", LEVEL_COLOURS[3], 0.85),
-    "transit": Style("fill", TRANSIT_COLOUR, 0.6),
-    "anchors": Style("marker", PARKED_COLOUR, size_mm=0.9),
-    "vehicles": Style("fill", PARKED_COLOUR, 0.8),
-    "segments": Style("line", "#5b2a86", size_mm=0.8),
-    "trajectories": Style("line", "#0b7a5e", size_mm=0.4),
+    "coverage_level_1": Style("fill", LEVEL_COLOURS[1], title="Level 1: one parked car"),
+    "coverage_level_2": Style("fill", LEVEL_COLOURS[2], title="Level 2: two"),
+    "coverage_level_3": Style("fill", LEVEL_COLOURS[3], title="Level 3: three or more"),
+    "transit": Style("fill", TRANSIT_COLOUR, title="transit area"),
+    "anchors": Style("marker", PARKED_COLOUR, 1.0, 1.0, _CAR_LENGTH_M, title="anchors"),
+    "vehicles": Style("fill", PARKED_COLOUR, title="vehicles"),
+    "segments": Style("line", "#5b2a86", size_mm=0.6, title="monitored segments"),
+    "trajectories": Style("line", "#0b7a5e", size_mm=0.4, title="trajectories"),
+    "streets": Style("line", "#8a8a8a", size_mm=0.3, title="streets"),
+    "buildings": Style("fill", BUILDING_COLOUR, title="buildings"),
 }
-
-_QML = """<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>
-<qgis version="3.22" styleCategories="Symbology">
- <renderer-v2 type="singleSymbol" symbollevels="0" enableorderby="0" forceraster="0">
-  <symbols>
-   <symbol type="{kind}" name="0" alpha="{opacity:g}" clip_to_extent="1" force_rhr="0">
-    <layer class="{symbol}" enabled="1" locked="0" pass="0">
-     <Option type="Map">
-{options}
-     </Option>
-    </layer>
-   </symbol>
-  </symbols>
- </renderer-v2>
-</qgis>
-"""
-
-_SYMBOLS = {"fill": "SimpleFill", "line": "SimpleLine", "marker": "SimpleMarker"}
-
-_SLD = """<?xml version="1.0" encoding="UTF-8"?>
-<StyledLayerDescriptor xmlns="http://www.opengis.net/sld" version="1.0.0">
- <NamedLayer><Name>{layer}</Name><UserStyle><FeatureTypeStyle><Rule>
-  {symbolizer}
- </Rule></FeatureTypeStyle></UserStyle></NamedLayer>
-</StyledLayerDescriptor>
-"""
-
-_SYMBOLIZERS = {
-    "fill": "<PolygonSymbolizer><Fill>"
-    '<CssParameter name="fill">{colour}</CssParameter>'
-    '<CssParameter name="fill-opacity">{opacity:g}</CssParameter>'
-    "</Fill></PolygonSymbolizer>",
-    "line": "<LineSymbolizer><Stroke>"
-    '<CssParameter name="stroke">{colour}</CssParameter>'
-    '<CssParameter name="stroke-width">{pixels:g}</CssParameter>'
-    "</Stroke></LineSymbolizer>",
-    "marker": "<PointSymbolizer><Graphic><Mark><WellKnownName>circle</WellKnownName>"
-    '<Fill><CssParameter name="fill">{colour}</CssParameter></Fill>'
-    "</Mark><Size>{pixels:g}</Size></Graphic></PointSymbolizer>",
-}
-
-_PIXELS_PER_MM = 96 / 25.4
+_DISCS = Style("fill", "#4d4d4d", 0.08, 0.15, outline="#4d4d4d", title="discs")
+DISCS_PREFIX = "discs_"
 
 
-def qml(style: Style) -> str:
-    """Return a QGIS layer style.
+def style_of(layer: str) -> Style | None:
+    """Return the style of a layer by its name, or None when it is no layer of covertool.
 
-    >>> 'value="255,220,0,255"' in qml(LAYER_STYLES["coverage_level_1"])
-    True
+    >>> style_of("transit").colour
+    '#4f81bd'
     """
-    red, green, blue = (int(style.colour[i : i + 2], 16) for i in (1, 3, 5))
-    rgba = f"{red},{green},{blue},255"
-    values = {
-        "fill": {"color": rgba, "style": "solid", "outline_style": "no"},
-        "line": {
-            "line_color": rgba,
-            "line_style": "solid",
-            "line_width": f"{style.size_mm:g}",
-            "line_width_unit": "MM",
-        },
-        "marker": {
-            "color": rgba,
-            "name": "circle",
-            "outline_style": "no",
-            "size": f"{style.size_mm:g}",
-            "size_unit": "MM",
-        },
-    }[style.kind]
-    options = "\n".join(
-        f'      <Option type="QString" name={quoteattr(name)} value={quoteattr(value)}/>'
-        for name, value in values.items()
-    )
-    return _QML.format(
-        kind=style.kind, opacity=style.opacity, symbol=_SYMBOLS[style.kind], options=options
-    )
+    return _DISCS if layer.startswith(DISCS_PREFIX) else LAYER_STYLES.get(layer)
 
 
-def sld(layer: str, style: Style) -> str:
-    """Return an OGC Styled Layer Descriptor (1.0.0).
+def choices(frame: pd.DataFrame) -> list[Choice]:
+    """Return one choice for each radius of a layer; none when it holds only one.
 
-    >>> "#e0201b" in sld("coverage_level_3", LAYER_STYLES["coverage_level_3"])
-    True
+    Levels of several radii lie on top of one another, so only the smallest is shown at first.
     """
-    symbolizer = _SYMBOLIZERS[style.kind].format(
-        colour=style.colour,
-        opacity=style.opacity,
-        pixels=round(style.size_mm * _PIXELS_PER_MM, 2),
-    )
-    return _SLD.format(layer=layer, symbolizer=symbolizer)
+    if "radius_m" not in frame.columns or "level" not in frame.columns:
+        return []
+    radii = sorted({float(radius) for radius in frame["radius_m"].dropna()})
+    if len(radii) < 2:
+        return []
+    return [Choice(radius, f"{radius:g} m", radius == radii[0]) for radius in radii]

@@ -14,17 +14,19 @@ from matplotlib.path import Path
 
 from covertool import crs as crs_door
 from covertool.errors import OptionError
+from covertool.gis.styles import BUILDING_COLOUR, LEVEL_COLOURS, PARKED_COLOUR, TRANSIT_COLOUR
 from covertool.model import Bounds
 
 if TYPE_CHECKING:
     import geopandas as gpd
     from matplotlib.axes import Axes
 
-TRANSIT, LEVEL_1, LEVEL_2, LEVEL_3, PARKED = "#4f81bd", "#ffd92f", "#fd8d3c", "#e31a1c", "#000000"
+TRANSIT, PARKED = TRANSIT_COLOUR, PARKED_COLOUR
+LEVEL_1, LEVEL_2, LEVEL_3 = LEVEL_COLOURS.values()
 """Colours of the paper's Fig. 3: transit blue; Levels 1, 2, 3 yellow, orange, red; cars black."""
 
 _AREAS = (
-    ("buildings", "#d9d6d0", "buildings"),
+    ("buildings", BUILDING_COLOUR, "buildings"),
     ("transit", TRANSIT, "transit area, not covered"),
     ("coverage_level_1", LEVEL_1, "Level 1: one parked car"),
     ("coverage_level_2", LEVEL_2, "Level 2: two"),
