@@ -1,0 +1,183 @@
+"""The whole experiment: traffic, parked cars, and what they take off the cars' position errors."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from covertool import crs as crs_door
+from covertool.errors import CrsError, GeometryError, OptionError
+from covertool.model import Anchors, PositioningReport
+from covertool.positioning import ARMS, ESTIMATORS, PositioningOptions, Scenario, position_errors
+from covertool.traffic.encounters import Encounters, encounters
+from covertool.traffic.layouts import parked_layouts
+from covertool.traffic.mobility import Mobility
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+LONGEST = 5
+"""The paper reports the five cars with the longest routes."""
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """What parked cars take off the position errors of moving cars in one traffic or several.
+
+    Attributes
+    ----------
+    mobilities : the traffic, one for each traffic seed
+    scenarios : each traffic with each layout of parked cars
+    report : the tables
+    vehicles : the cars that are reported one by one
+    met : the ways of the first scenario's cars and the parked cars that they met
+    seconds : time of ``sumo``, ``positioning`` and, when it was computed, ``bound``
+    """
+
+    mobilities: tuple[Mobility, ...]
+    scenarios: tuple[Scenario, ...] = field(repr=False)
+    report: PositioningReport = field(repr=False)
+    vehicles: tuple[str, ...]
+    met: Encounters = field(repr=False)
+    seconds: dict[str, float] = field(compare=False)
+
+    @property
+    def anchors(self) -> Anchors:
+        """The parked cars of the first scenario."""
+        return self.scenarios[0].anchors
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return one row for each arm, estimator, range noise, zone and reported car."""
+        return self.report.to_frame()
+
+
+def simulate(
+    mobility: Mobility | Sequence[Mobility],
+    anchors: Anchors,
+    *,
+    arms: Sequence[str] = ARMS,
+    estimators: Sequence[str] = ESTIMATORS,
+    sigmas_m: Sequence[float] = (0.2, 4.0),
+    radii_m: Sequence[float] = (15.0,),
+    runs: int = 40,
+    seed: int = 1,
+    options: PositioningOptions | None = None,
+    layouts: int = 1,
+    penetration: float = 1.0,
+    vehicles: Sequence[str] = (),
+    bound: bool = True,
+    workers: int = 1,
+    scheduler: str | None = None,
+    on_start: Callable[[int], object] | None = None,
+    on_done: Callable[[int], object] | None = None,
+) -> Simulation:
+    """Return the position errors of cars in traffic, with and without parked cars.
+
+    Every arm is evaluated on the same trace: parked cars that stand in SUMO would change the
+    traffic itself. ``gcpso`` and ``ekf`` run as the paper does, ``second_order`` with all that
+    can be known.
+
+    Parameters
+    ----------
+    mobility : traffic from :func:`~covertool.traffic.mobility.drive` or ``recorded``; several
+        stand for several traffic seeds
+    anchors : the parked cars, in the CRS of the traffic
+    arms, estimators, sigmas_m, radii_m, runs, seed, options, bound : as in
+        :func:`covertool.positioning.position_errors`
+    layouts, penetration : see :func:`~covertool.traffic.layouts.parked_layouts`
+    vehicles : cars to report one by one; the five with the longest ways when empty
+    workers, scheduler, on_start, on_done : they do not change a bit of the result
+
+    Raises
+    ------
+    CrsError
+        When parked cars and traffic are not in one CRS.
+    OptionError, GeometryError
+        When an option is out of range, or the trace is empty or broken.
+    """
+    mobilities = (mobility,) if isinstance(mobility, Mobility) else tuple(mobility)
+    _require_one_crs(mobilities, anchors)
+    if not radii_m:
+        raise OptionError("there is no communication zone", "radii_m", "give one in metres")
+    parked = parked_layouts(
+        anchors, layouts, share=penetration, seed=seed, network=mobilities[0].network
+    )
+    scenarios = tuple(
+        Scenario(each.trace, layout, layout=number, traffic_seed=int(each.facts.get("seed") or 0))
+        for number, layout in enumerate(parked)
+        for each in mobilities
+    )
+    met = encounters(mobilities[0].trace, parked[0], float(radii_m[0]))
+    named = tuple(vehicles) or met.longest(LONGEST)
+    begun = time.perf_counter()
+    report = position_errors(
+        scenarios,
+        arms=arms,
+        estimators=estimators,
+        sigmas_m=sigmas_m,
+        radii_m=radii_m,
+        runs=runs,
+        seed=seed,
+        options=options,
+        vehicles=named,
+        bound=bound,
+        workers=workers,
+        scheduler=scheduler,
+        on_start=on_start,
+        on_done=on_done,
+    )
+    took = time.perf_counter() - begun
+    seconds = {"sumo": sum(float(each.facts.get("seconds") or 0.0) for each in mobilities)}
+    seconds["positioning"] = took - (report.bound_seconds or 0.0)
+    if report.bound_seconds is not None:
+        seconds["bound"] = report.bound_seconds
+    return Simulation(mobilities, scenarios, report, named, met, seconds)
+
+
+def require_reach(mobilities: Sequence[Mobility], anchors: Anchors, radius_m: float) -> None:
+    """Refuse parked cars that no car of the traffic could ever hear.
+
+    Raises
+    ------
+    GeometryError
+        When no anchor is within ``radius_m`` of any car at any step; both boxes are told.
+    """
+    from scipy.spatial import cKDTree
+
+    if len(anchors):
+        tree = cKDTree(np.stack([anchors.x_m, anchors.y_m], axis=1))
+        for each in mobilities:
+            xy = np.stack([each.trace.x_m, each.trace.y_m], axis=1)
+            if np.isfinite(tree.query(xy, distance_upper_bound=radius_m)[0]).any():
+                return
+    trace = mobilities[0].trace
+    raise GeometryError(
+        f"no anchor is within {radius_m:g} m of any car's way",
+        f"{len(anchors)} anchors in {_box(anchors.x_m, anchors.y_m)}, "
+        f"cars in {_box(trace.x_m, trace.y_m)} ({crs_door.name(mobilities[0].crs)})",
+        "check the CRS of both, use a larger --radius, or add --allow-unheard to go on without",
+    )
+
+
+def _box(x_m: object, y_m: object) -> str:
+    x, y = np.asarray(x_m), np.asarray(y_m)
+    if not x.size:
+        return "no box"
+    return f"x {x.min():.0f} to {x.max():.0f}, y {y.min():.0f} to {y.max():.0f}"
+
+
+def _require_one_crs(mobilities: Sequence[Mobility], anchors: Anchors) -> None:
+    if not mobilities:
+        raise OptionError("there is no traffic", "mobility", "give at least one")
+    for each in mobilities:
+        if each.crs != anchors.crs:
+            raise CrsError(
+                f"the traffic is in {crs_door.name(each.crs)}, the anchors are in "
+                f"{crs_door.name(anchors.crs)}",
+                "simulate",
+                "read the anchors with dst_crs=mobility.crs",
+            )
