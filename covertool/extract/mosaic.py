@@ -56,12 +56,14 @@ class Mosaic:
         return self.members[0].crs
 
     def read(self, x0: int, y0: int, width: int, height: int) -> npt.NDArray[Any]:
-        """Return (bands, height, width) of a window; zeros where no member lies."""
+        """Return (bands, height, width) of a window; what is not valid means nothing."""
         out: npt.NDArray[Any] | None = None
         for member, x, y, here in self._under(x0, y0, width, height):
             values = member.read(x0 - x, y0 - y, width, height)
-            out = np.zeros_like(values) if out is None else out
-            out[:, here] = values[:, here]
+            if out is None:
+                out = values
+            else:
+                np.copyto(out, values, where=here)
         return self.members[0].read(-width, -height, width, height) if out is None else out
 
     def valid(self, x0: int, y0: int, width: int, height: int) -> npt.NDArray[np.bool_]:

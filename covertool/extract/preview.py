@@ -46,8 +46,11 @@ def _picture(raster: RasterSource, grid: WorkingGrid) -> Pixels:
     picture = np.zeros((grid.height, grid.width, 3), dtype=np.uint8)
     for window in grid.windows(MIN_HALO_PX):
         rgb, _ = cut(raster, grid, window, stretch)
-        halo = window.halo_px
-        picture[window.y0 : window.y1, window.x0 : window.x1] = rgb[halo:-halo, halo:-halo]
+        left, top = window.x0 - window.outer[0], window.y0 - window.outer[1]
+        wide, high = window.x1 - window.x0, window.y1 - window.y0
+        picture[window.y0 : window.y1, window.x0 : window.x1] = rgb[
+            top : top + high, left : left + wide
+        ]
     return picture
 
 

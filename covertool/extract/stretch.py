@@ -13,6 +13,9 @@ from covertool.model import RasterSource
 
 _BLOCK_PX = 256
 _BLOCKS_ALONG = 8
+_STEP_PX = 2
+"""Of a block every second pixel of every second row: a million values settle a percentile."""
+
 _TAILS_PERCENT = (0.5, 99.5)
 _DULL_SPAN = 96
 """8-bit pictures whose middle 99 % span fewer grey levels than this are stretched too."""
@@ -66,7 +69,8 @@ class Stretch:
             scaled = (values[band].astype(np.float32) - np.float32(low)) * (255 / (high - low))
             np.nan_to_num(scaled, copy=False)
             rgb[..., i] = np.clip(np.rint(scaled), 0, 255)
-        rgb[~valid] = self.fill
+        if not valid.all():
+            rgb[~valid] = self.fill
         return rgb
 
 
@@ -80,7 +84,8 @@ def _sample(raster: RasterSource) -> npt.NDArray[Any]:
             width, height = min(_BLOCK_PX, raster.width), min(_BLOCK_PX, raster.height)
             values = raster.read(left, top, width, height)
             valid = raster.valid(left, top, width, height) & np.isfinite(values).all(axis=0)
-            parts.append(values[:, valid])
+            thin = values[:, ::_STEP_PX, ::_STEP_PX]
+            parts.append(thin[:, valid[::_STEP_PX, ::_STEP_PX]])
     return np.concatenate(parts, axis=1)
 
 

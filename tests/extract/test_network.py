@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from covertool.extract.detectors.network import CARD, WEIGHTS, NetworkDetector
+from covertool.extract.vehicles import extract_vehicles
+from covertool.gis.geotiff import open_raster
 
 GSD_M = 0.20
 FOLDER = resources.files("covertool.extract.detectors")
@@ -115,16 +117,19 @@ def test_nothing_is_reported_where_there_is_no_data(network):
     assert (found.x_px < 100).all()
 
 
-def test_a_window_away_from_its_rim_sees_what_the_whole_picture_sees(network):
+def test_windows_find_exactly_what_the_whole_picture_shows(network, tmp_path):
     rng = np.random.default_rng(3)
-    grid = [(6 + 7 * i, 6 + 7 * j, rng.uniform(0, 180)) for i in range(15) for j in range(9)]
-    whole = street(grid, size=(368, 544))
-    left, right, halo = 0, 304, network.halo_px
-    window = cars(network, np.ascontiguousarray(whole[:, left:right]))
-    everything = cars(network, whole)
-    ours = sorted_rows(window.take(window.x_px < right - halo))
-    theirs = sorted_rows(everything.take(everything.x_px < right - halo))
-    assert abs(len(ours) - len(theirs)) <= 0.02 * len(theirs)
+    places = [(6 + 7 * i, 6 + 7 * j, rng.uniform(0, 180)) for i in range(15) for j in range(16)]
+    path = tmp_path / "street.png"
+    cv2.imwrite(str(path), street(places, size=(590, 544))[..., ::-1])
+    raster = open_raster(path, gsd_m=GSD_M)
+    whole = extract_vehicles(raster, network).vehicles
+    tiled = extract_vehicles(raster, network, core_px=160).vehicles
+    assert len(whole) > 0.8 * len(places)
+    assert len(tiled) == len(whole)
+    np.testing.assert_allclose(tiled.x_m, whole.x_m, atol=1e-3)
+    np.testing.assert_allclose(tiled.y_m, whole.y_m, atol=1e-3)
+    np.testing.assert_allclose(tiled.score, whole.score, atol=1e-4)
 
 
 def test_turning_a_picture_by_180_degrees_turns_what_the_thorough_detector_finds(thorough):

@@ -19,13 +19,16 @@ import numpy as np
 import numpy.typing as npt
 
 from covertool.extract.detectors.nms import without_doubles
-from covertool.extract.detectors.protocol import MIN_HALO_PX, Detections, Mask, Pixels
+from covertool.extract.detectors.protocol import Detections, Mask, Pixels
 
 Maps = npt.NDArray[np.float32]
 
 WEIGHTS, CARD = "cars.onnx", "cars.json"
 STRIDE = 4
 _MULTIPLE = 16
+_FIELD_PX = 128
+"""A cell looks at 127 pixels to either side, the convolutions of all four levels together."""
+
 _MAX_LOG_SIZE = 2.5
 _HEAT, _OFFSET, _SIZE, _ANGLE = slice(0, 2), slice(2, 4), slice(4, 6), slice(6, 8)
 
@@ -90,8 +93,8 @@ class NetworkDetector:
 
     @property
     def halo_px(self) -> int:
-        """Return the width of the rim whose detections are not to be trusted."""
-        return MIN_HALO_PX
+        """Return the width of the rim that a window's edge may alter: the receptive field's."""
+        return _FIELD_PX
 
     def __getstate__(self) -> dict[str, Any]:
         """Leave the loaded network behind: a worker loads its own."""
