@@ -5,14 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import typer
-
-from covertool.cli.app import app
+from covertool.cli.app import Verbs, app
 
 if TYPE_CHECKING:
     from geopandas import GeoDataFrame
 
-anchors_app = typer.Typer(
+anchors_app = Verbs(
     name="anchors",
     help="Make anchors: parked cars, queued cars.",
     no_args_is_help=True,

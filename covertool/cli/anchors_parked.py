@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -11,6 +10,7 @@ import typer
 from covertool.cli import options
 from covertool.cli.anchors import anchors_app, beside_others
 from covertool.cli.console import print_json, say
+from covertool.cli.whence import whence
 
 OsmFile = Annotated[Path, typer.Option("--osm", metavar="FILE", help="OpenStreetMap extract.")]
 Occupancy = Annotated[
@@ -41,15 +41,14 @@ def parked(
     """
     from covertool.extract.parking import parked_anchors
     from covertool.gis.osm import read_parking_areas, read_roads
-    from covertool.gis.provenance import provenance
     from covertool.gis.write import write_layers
 
     if output is None and into is None and not as_json:
         raise typer.BadParameter("name a file to write", param_hint="-o / --into")
     cars = parked_anchors(read_roads(osm), read_parking_areas(osm), occupancy=occupancy, seed=seed)
-    whence = provenance(sys.argv[1:], [osm], seeds={"parked": seed})
+    origin = whence([osm])
     frame = cars.to_frame().assign(synthetic=True)
-    metadata = whence.to_metadata()
+    metadata = origin.to_metadata()
     if output is not None:
         layers = {"anchors": frame}
         write_layers(output, layers, overwrite=overwrite, metadata=metadata, inputs=[osm])
@@ -58,7 +57,7 @@ def parked(
         write_layers(into, layers, into=True, metadata=metadata, inputs=[osm])
     if as_json:
         content = {"anchors": len(cars), "occupancy": occupancy, "seed": seed}
-        print_json("anchors parked", {**content, "provenance": whence.to_json()})
+        print_json("anchors parked", {**content, "provenance": origin.to_json()})
         return
     typer.echo(f"{len(cars)} parked cars (synthetic, occupancy {occupancy:g}, seed {seed})")
     for path in (output, into):

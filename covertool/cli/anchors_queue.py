@@ -12,6 +12,7 @@ from covertool.cli import options
 from covertool.cli.anchors import anchors_app, beside_others
 from covertool.cli.congestion_map import Day, Window
 from covertool.cli.console import print_json, print_table, say
+from covertool.cli.whence import whence
 
 if TYPE_CHECKING:
     from covertool.congestion.queues import QueueOptions
@@ -103,11 +104,15 @@ def queue(
         read.observations, network, read.options, day=case.day_of(day), window=window
     )
     cars, where = queue_anchors(network, status, queue_m, chosen)
-    _write(cars, where.tolist(), output, into, overwrite)
+    made_from = whence(read.files)
+    _write(cars, where.tolist(), output, into, overwrite, made_from.to_metadata())
     report = _coverage(cars, study, coverage) if coverage else None
     if as_json:
         content = {"anchors": len(cars), "day": str(on), "window": name, "seed": seed}
-        print_json("anchors queue", {**content, "coverage": _results(report)})
+        print_json(
+            "anchors queue",
+            {**content, "coverage": _results(report), "provenance": made_from.to_json()},
+        )
         return
     say(f"{len(cars)} queued cars on {on}, {name} (synthetic, seed {seed})")
     if report is not None:
@@ -140,16 +145,22 @@ def _options(
 
 
 def _write(
-    cars: Anchors, where: list[str], output: Path | None, into: Path | None, overwrite: bool
+    cars: Anchors,
+    where: list[str],
+    output: Path | None,
+    into: Path | None,
+    overwrite: bool,
+    metadata: dict[str, str],
 ) -> None:
     from covertool.gis.write import write_layers
 
     frame = cars.to_frame().assign(segment_id=where, synthetic=True)
     if output is not None:
-        write_layers(output, {"anchors": frame}, overwrite=overwrite)
+        write_layers(output, {"anchors": frame}, overwrite=overwrite, metadata=metadata)
         say(f"wrote layer anchors to {output}")
     if into is not None:
-        write_layers(into, {"anchors": beside_others(frame, into, "queue")}, into=True)
+        layers = {"anchors": beside_others(frame, into, "queue")}
+        write_layers(into, layers, into=True, metadata=metadata)
         say(f"wrote the queued cars into layer anchors of {into}")
 
 

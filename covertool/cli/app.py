@@ -4,13 +4,57 @@ from __future__ import annotations
 
 import logging
 import sys
-from typing import Annotated
+from collections.abc import Callable
+from contextvars import ContextVar
+from dataclasses import dataclass
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperCommand
 
 from covertool import __version__
 
-app = typer.Typer(
+
+@dataclass(frozen=True)
+class Invocation:
+    """The verb that runs, the words that followed ``covertool``, and every option's value."""
+
+    verb: str
+    words: tuple[str, ...]
+    options: dict[str, Any]
+
+
+_running: ContextVar[Invocation | None] = ContextVar("invocation", default=None)
+
+
+def invocation() -> Invocation:
+    """Return what runs now; outside of the command line an empty invocation."""
+    return _running.get() or Invocation("", (), {})
+
+
+class _Verb(TyperCommand):
+    """A command that says, while it runs, what it was asked."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the verb."""
+        verb = " ".join(ctx.command_path.split()[1:])
+        words = tuple(ctx.find_root().obj or ())
+        token = _running.set(Invocation(verb, words, dict(ctx.params)))
+        try:
+            return super().invoke(ctx)
+        finally:
+            _running.reset(token)
+
+
+class Verbs(typer.Typer):
+    """A group of verbs."""
+
+    def command(self, name: str | None = None, **settings: Any) -> Callable[[Any], Any]:
+        """Register a function as a verb, as typer does."""
+        return super().command(name, **{"cls": _Verb, **settings})
+
+
+app = Verbs(
     name="covertool",
     no_args_is_help=True,
     pretty_exceptions_enable=False,

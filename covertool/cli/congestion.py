@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from covertool.cli import congestion_case as case
 from covertool.cli import options
-from covertool.cli.app import app
+from covertool.cli.app import Verbs, app
 from covertool.cli.console import print_json, print_table
+from covertool.cli.whence import whence
 
-congestion_app = typer.Typer(
+congestion_app = Verbs(
     name="congestion",
     help="How much street length stands or crawls at rush hour.",
     no_args_is_help=True,
@@ -40,6 +42,7 @@ def table(
     profile: case.ProfileName = None,
     paper: Paper = False,
     output: options.Output = None,
+    into: options.Into = None,
     overwrite: options.Overwrite = False,
     as_json: options.Json = False,
 ) -> None:
@@ -55,10 +58,13 @@ def table(
 
     \b
     "flagged" is the length of segments whose status is in the occupied set; "filled" is the length
-    that the queued cars themselves take, which is several times less.
+    that the queued cars themselves take, which is several times less. With --into the study gets
+    the tables "occupancy" and "occupancy_means".
     """
-    from covertool.report.congestion_tables import content, header, rows, write_table
+    from covertool.gis.write import write_layers
+    from covertool.report.congestion_tables import content, header, rows, tables, write_table
 
+    files: tuple[Path, ...] = ()
     if paper:
         from covertool.paper import table_1
 
@@ -86,11 +92,17 @@ def table(
         network = streets(read.segments, weight=weight, aoi=read.aoi)  # type: ignore[arg-type]
         result = table_of_days(days_of(read.observations, network, read.options), read.options)
         shares = junction_shares(read.observations, network, read.options)
+        files = read.files
     if output is not None:
         write_table(output, result, overwrite=overwrite)
+    if into is not None:
+        write_layers(into, tables(result), into=True, metadata=whence(files).to_metadata())
     if as_json:
         near = [vars(share) for share in shares]
-        print_json("congestion table", {**content(result), "junctions": near})
+        print_json(
+            "congestion table",
+            {**content(result), "junctions": near, "provenance": whence(files).to_json()},
+        )
         return
     print_table(header(result), rows(result))
     for share in shares:

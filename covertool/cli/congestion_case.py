@@ -84,6 +84,7 @@ class Case:
     segments: Any
     aoi: Any
     options: OccupancyOptions
+    files: tuple[Path, ...]
 
 
 def read_case(
@@ -107,6 +108,7 @@ def read_case(
     from covertool.congestion.freeflow import with_free_flow
     from covertool.congestion.occupancy import RUSH_HOURS, OccupancyOptions
     from covertool.congestion.publicholidays import public_holidays
+    from covertool.gis.guard import layer_spec
     from covertool.gis.read import read_polygons
     from covertool.gis.segments import read_segments
 
@@ -127,7 +129,8 @@ def read_case(
         absent_is_free=absent_is_free,
     )
     area = None if aoi is None else read_polygons(aoi, dst_crs=network.crs).union_all()
-    return Case(seen, network, area, options)
+    named: list[str | Path] = [observations, segments, *([] if aoi is None else [aoi])]
+    return Case(seen, network, area, options, tuple(layer_spec(spec)[0] for spec in named))
 
 
 def _chosen(

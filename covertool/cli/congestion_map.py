@@ -11,6 +11,7 @@ from covertool.cli import congestion_case as case
 from covertool.cli import options
 from covertool.cli.congestion import congestion_app
 from covertool.cli.console import print_json, print_table, say
+from covertool.cli.whence import whence
 
 if TYPE_CHECKING:
     from covertool.cli.congestion_case import Case
@@ -94,6 +95,7 @@ def _write_moment(
 ) -> None:
     from covertool.congestion.moment import states_at
     from covertool.gis.figure import write_figure
+    from covertool.gis.study import inherited_metadata
     from covertool.gis.write import write_layers
     from covertool.report.congestion import congestion_map as draw
     from covertool.report.congestion import kinds
@@ -109,11 +111,12 @@ def _write_moment(
         say(f"wrote {output}")
         output = None
     layer = _layer(network, status=status, kind=kind, queue_m=queue_m, day=str(on), window=at)
+    metadata = {**inherited_metadata(read.files), **whence(read.files).to_metadata()}
     if output is not None:
-        write_layers(output, {"congestion": layer}, overwrite=overwrite)
+        write_layers(output, {"congestion": layer}, overwrite=overwrite, metadata=metadata)
         say(f"wrote layer congestion to {output}")
     if into is not None:
-        write_layers(into, {"congestion": layer}, into=True)
+        write_layers(into, {"congestion": layer}, into=True, metadata=metadata)
         say(f"wrote layer congestion into {into}")
 
 

@@ -23,6 +23,9 @@ VERBS = (
     "export",
     "convert",
     "sample",
+    "run",
+    "info",
+    "doctor",
 )
 """Modules of covertool.cli that register a verb, in the order of `covertool --help`."""
 
@@ -37,7 +40,7 @@ def main(arguments: list[str] | None = None) -> int:
     """
     given = sys.argv[1:] if arguments is None else arguments
     try:
-        app(args=given, standalone_mode=True, prog_name="covertool")
+        app(args=given, standalone_mode=True, prog_name="covertool", obj=tuple(given))
     except CovertoolError as error:
         if "--debug" in given:
             raise

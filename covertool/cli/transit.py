@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,6 +10,7 @@ import typer
 from covertool.cli import options
 from covertool.cli.app import app
 from covertool.cli.console import print_json, say
+from covertool.cli.whence import whence
 
 if TYPE_CHECKING:
     from covertool.model import RasterSource, TransitArea
@@ -56,7 +56,6 @@ def transit(
     Roads are as wide as their width tag, else lanes times the lane width of their class, else two
     lanes. Tunnels, footways, private roads, driveways and parking aisles are left out.
     """
-    from covertool.gis.provenance import provenance
     from covertool.gis.write import write_layers
 
     if output is None and into is None:
@@ -65,17 +64,17 @@ def transit(
         area = osm_transit(file, tunnels=tunnels, private=private, yards=yards)
     else:
         area = mask_transit(file, None, gsd=gsd, crs=crs, origin=parsed_origin(origin))
-    whence = provenance(sys.argv[1:], [file])
+    origin_of = whence([file])
     layers = {"transit": area.to_frame()}
     if output is not None:
-        metadata = whence.to_metadata()
+        metadata = origin_of.to_metadata()
         write_layers(output, layers, overwrite=overwrite, metadata=metadata, inputs=[file])
     if into is not None:
-        write_layers(into, layers, into=True, metadata=whence.to_metadata(), inputs=[file])
+        write_layers(into, layers, into=True, metadata=origin_of.to_metadata(), inputs=[file])
     polygons = len(area.polygons.geoms)
     if as_json:
         content = {"transit_area_m2": area.area_m2, "polygons": polygons}
-        print_json("transit", {**content, "provenance": whence.to_json()})
+        print_json("transit", {**content, "provenance": origin_of.to_json()})
         return
     typer.echo(f"transit area: {area.area_m2:.0f} m2 in {polygons} polygons")
     for path in (output, into):

@@ -5,7 +5,9 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +23,7 @@ class Provenance:
 
     Attributes
     ----------
+    verb : the verb that made it
     command : the arguments after ``covertool``
     inputs : path as given and sha256 of each input file
     options : the options that shape the result
@@ -28,6 +31,7 @@ class Provenance:
     versions : name and version of covertool and each engine
     """
 
+    verb: str
     command: tuple[str, ...]
     inputs: tuple[tuple[str, str], ...]
     options: tuple[tuple[str, str], ...]
@@ -36,8 +40,7 @@ class Provenance:
 
     def to_metadata(self) -> dict[str, str]:
         """Return one key for each verb and a JSON value, for the metadata table of a GeoPackage."""
-        verb = next(iter(self.command), "covertool")
-        return {f"provenance {verb}": json.dumps(self.to_json(), ensure_ascii=False)}
+        return {f"provenance {self.verb}": json.dumps(self.to_json(), ensure_ascii=False)}
 
     def to_json(self) -> dict[str, Any]:
         """Return the content for the ``provenance`` key of a verb's JSON object."""
@@ -54,10 +57,13 @@ def provenance(
     command: Sequence[str],
     inputs: Iterable[str | Path],
     *,
+    verb: str = "",
     options: Mapping[str, object] | None = None,
     seeds: Mapping[str, int] | None = None,
 ) -> Provenance:
     """Return the provenance of a result: input files are hashed, versions looked up.
+
+    Without ``verb`` the first word of the command is the verb.
 
     Raises
     ------
@@ -66,6 +72,7 @@ def provenance(
     """
     hashed = tuple((str(spec), sha256(guard.layer_spec(spec)[0])) for spec in inputs)
     return Provenance(
+        verb=verb or next(iter(command), "covertool"),
         command=tuple(command),
         inputs=hashed,
         options=tuple((key, str(value)) for key, value in (options or {}).items()),
@@ -85,16 +92,22 @@ def sha256(path: Path) -> str:
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of covertool, GEOS, PROJ and the GDAL of each wheel that carries one."""
+    """Return the versions of covertool, GEOS, PROJ and GDAL of each wheel that carries one, SUMO.
+
+    SUMO is there when its package is installed; it is looked up, not imported.
+    """
     import pyogrio
     import pyproj
     import rasterio
     import shapely
 
-    return {
+    found = {
         "covertool": __version__,
         "GEOS": shapely.geos_version_string,
         "GDAL (pyogrio)": ".".join(map(str, pyogrio.__gdal_version__)),
         "GDAL (rasterio)": rasterio.__gdal_version__,
         "PROJ": pyproj.__proj_version__,
     }
+    with suppress(PackageNotFoundError):
+        found["SUMO"] = version("eclipse-sumo")
+    return found

@@ -6,13 +6,16 @@ import csv
 import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from covertool.congestion.rounding import half_up
 from covertool.errors import MissingExtraError
 from covertool.gis import guard
 from covertool.gis.formats import Format
 from covertool.model import OccupancyTable
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 FORMATS = (
     Format("CSV", "", (".csv",)),
@@ -71,6 +74,22 @@ def content(table: OccupancyTable) -> dict[str, Any]:
         "means": [dict(vars(mean)) for mean in table.means],
         "days": [{**vars(day), "date": day.date.isoformat()} for day in table.days],
     }
+
+
+def tables(table: OccupancyTable) -> dict[str, pd.DataFrame]:
+    """Return the cells and the means as the tables of a study; percentages are not rounded."""
+    import pandas as pd
+
+    def frame(records: Sequence[object]) -> pd.DataFrame:
+        whole = pd.DataFrame([vars(record) for record in records])
+        ends = pd.DataFrame(
+            [(None, None) if pair is None else pair for pair in whole.pop("ci95")],
+            columns=["ci95_low", "ci95_high"],
+            dtype=float,
+        )
+        return whole.join(ends)
+
+    return {"occupancy": frame(table.cells), "occupancy_means": frame(table.means)}
 
 
 def write_table(path: str | Path, table: OccupancyTable, *, overwrite: bool = False) -> None:

@@ -1,0 +1,296 @@
+"""A plan: a TOML file whose tables are verbs and whose keys are the options of these verbs."""
+
+from __future__ import annotations
+
+import difflib
+import glob
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+from covertool.errors import FileError, OptionError
+from covertool.gis.formats import GEOPACKAGE
+
+ORDER = (
+    "extract",
+    "transit",
+    "anchors parked",
+    "congestion import",
+    "congestion table",
+    "congestion map",
+    "anchors queue",
+    "coverage",
+    "simulate",
+    "export",
+    "report",
+)
+"""The verbs of a plan, in the order in which they run."""
+
+START = "start"
+"""The stage that copies the study from which a plan starts."""
+
+_NEEDS: Mapping[str, tuple[str, ...]] = {
+    "congestion table": ("congestion import",),
+    "congestion map": ("congestion import",),
+    "anchors queue": ("extract", "transit", "anchors parked", "congestion import"),
+    "coverage": ("extract", "transit", "anchors parked", "anchors queue"),
+    "simulate": ("extract", "transit", "anchors parked", "anchors queue"),
+    "export": ORDER[: ORDER.index("export")],
+    "report": ORDER[: ORDER.index("export")],
+}
+"""Verbs whose results a verb reads, beside the stage that makes the study."""
+
+_SET_BY_THE_PLAN = ("study", "into", "overwrite", "json", "help")
+_LARGEST_PLAN = 1 << 20
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """An option or argument of a verb: its key in a plan, and its flag (empty for an argument)."""
+
+    key: str
+    flag: str
+    repeats: bool = False
+    is_switch: bool = False
+
+
+@dataclass(frozen=True)
+class Verb:
+    """What a verb takes, as the command line declares it."""
+
+    name: str
+    parameters: tuple[Parameter, ...]
+
+    def takes(self, key: str) -> bool:
+        """Return True when the verb has a parameter of that key."""
+        return any(parameter.key == key for parameter in self.parameters)
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One run of a verb.
+
+    Attributes
+    ----------
+    name : unique in the plan
+    verb : one of ``ORDER``, or ``START``
+    arguments : of the verb, without those that say which file is written
+    output : the file of its own that it writes; None when it writes into the study
+    needs : names of the stages whose results it reads
+    """
+
+    name: str
+    verb: str
+    arguments: tuple[str, ...]
+    output: str | None
+    needs: tuple[str, ...]
+
+    @property
+    def writes_study(self) -> bool:
+        """Whether the stage writes layers into the study."""
+        return self.output is None
+
+    def target(self, study: str) -> str:
+        """Return the file that the stage writes."""
+        return study if self.output is None else self.output
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The study that a plan makes and the stages that make it; paths are relative to ``folder``."""
+
+    folder: Path
+    study: str
+    stages: tuple[Stage, ...]
+
+
+def example() -> str:
+    """Return the commented plan of the sample study.
+
+    >>> example().startswith("#")
+    True
+    """
+    return (Path(__file__).parent / "example.toml").read_text(encoding="utf-8")
+
+
+def read_plan(path: Path, verbs: Mapping[str, Verb], sample: Path) -> Plan:
+    """Read a plan; ``sample`` is the study that ``from = "sample"`` names.
+
+    Raises
+    ------
+    FileError
+        When the file is no readable TOML.
+    OptionError
+        When a table or key is unknown, or a value is of the wrong kind.
+    """
+    content = _toml(path)
+    study, start = _study(content, path, sample)
+    stages = [] if start is None else [Stage(START, START, (start,), None, ())]
+    tables = dict(_tables(content, verbs, path))
+    for verb in ORDER:
+        for number, table in enumerate(tables.get(verb, []), start=1):
+            name = verb if len(tables[verb]) == 1 else f"{verb} {number}"
+            stages.append(_stage(name, verbs[verb], table, stages, study, path))
+    if not any(stage.verb != START for stage in stages):
+        raise OptionError("the plan has no stage", str(path), f"add a table such as [{ORDER[7]}]")
+    return Plan(path.absolute().parent, study, tuple(stages))
+
+
+def _toml(path: Path) -> dict[str, Any]:
+    try:
+        with path.open("rb") as file:
+            content = file.read(_LARGEST_PLAN + 1)
+    except FileNotFoundError:
+        raise FileError(
+            "the plan does not exist", str(path), f"covertool run --example > {path.name}"
+        ) from None
+    except OSError as error:
+        raise FileError(
+            f"the plan cannot be read: {error.strerror}", str(path), "check the path"
+        ) from None
+    if len(content) > _LARGEST_PLAN:
+        raise FileError("this is too large for a plan", str(path), "name a TOML file")
+    try:
+        return tomllib.loads(content.decode("utf-8-sig"))
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
+        raise FileError(
+            f"the plan is not TOML: {error}", str(path), "compare it with covertool run --example"
+        ) from None
+
+
+def _study(content: dict[str, Any], path: Path, sample: Path) -> tuple[str, str | None]:
+    table = content.pop("study", None)
+    if not isinstance(table, dict) or not isinstance(table.get("path"), str):
+        raise OptionError("the plan names no study", str(path), '[study] with path = "town.gpkg"')
+    unknown = set(table) - {"path", "from"}
+    if unknown:
+        _refuse_key(sorted(unknown)[0], "study", ("path", "from"), path)
+    study, start = table["path"], table.get("from")
+    if Path(study).suffix.lower() != GEOPACKAGE.suffixes[0]:
+        raise OptionError("a study is a GeoPackage", f"{path}: [study] path", "end it in .gpkg")
+    if start is not None and not isinstance(start, str):
+        raise OptionError("this is no path", f"{path}: [study] from", 'name a study, or "sample"')
+    return study, str(sample) if start == "sample" else start
+
+
+def _tables(
+    content: Mapping[str, Any], verbs: Mapping[str, Verb], path: Path
+) -> Iterable[tuple[str, list[dict[str, Any]]]]:
+    """Yield each verb of the plan with its tables; ``[anchors.parked]`` is ``anchors parked``."""
+    groups = {verb.split()[0] for verb in ORDER if " " in verb}
+    for key, value in content.items():
+        if key in groups and isinstance(value, dict):
+            named = {f"{key} {inner}": table for inner, table in value.items()}
+        else:
+            named = {key: value}
+        for verb, table in named.items():
+            if verb not in ORDER or verb not in verbs:
+                known = [name.replace(" ", ".") for name in ORDER if name in verbs]
+                _refuse_key(verb.replace(" ", "."), None, ("study", *known), path)
+            tables = table if isinstance(table, list) else [table]
+            if not tables or not all(isinstance(one, dict) for one in tables):
+                raise OptionError(f"{verb!r} is no table", str(path), f"write [{verb}]")
+            yield verb, tables
+
+
+def _refuse_key(key: str, table: str | None, known: Iterable[str], path: Path) -> None:
+    names = list(known)
+    close = difflib.get_close_matches(key, names, n=1)
+    where = f"{path}: [{table}]" if table else str(path)
+    what = f"there is no key {key!r}" if table else f"there is no stage {key!r}"
+    mend = f"did you mean {close[0]}?" if close else f"known here: {', '.join(names)}"
+    raise OptionError(what, where, mend)
+
+
+def _stage(
+    name: str,
+    verb: Verb,
+    table: Mapping[str, Any],
+    before: Iterable[Stage],
+    study: str,
+    path: Path,
+) -> Stage:
+    known = {p.key: p for p in verb.parameters if p.key not in _SET_BY_THE_PLAN}
+    words: list[str] = []
+    options: list[str] = []
+    output = None
+    for key, value in table.items():
+        if key not in known:
+            _refuse_key(key, name.replace(" ", "."), known, path)
+        where = f"{path}: [{name}] {key}"
+        if key == "output":
+            output = _text(value, where)
+        elif known[key].flag:
+            options += _option(known[key], value, where)
+        else:
+            words += _words(value, path.absolute().parent, where)
+    _require_output(name, verb, output, path)
+    earlier = list(before)
+    if _reads_study(verb, table) and _made(earlier):
+        options += ["--study", study] if _flag(verb, "study") else []
+        words += [] if _flag(verb, "study") else [study]
+    needs = {stage.name for stage in earlier if stage.verb in _NEEDS.get(verb.name, ())}
+    needs |= {stage.name for stage in _made(earlier)[:1]}
+    arguments = (*verb.name.split(), *words, *options)
+    return Stage(
+        name, verb.name, arguments, output, tuple(s.name for s in earlier if s.name in needs)
+    )
+
+
+def _made(stages: Iterable[Stage]) -> list[Stage]:
+    """Return the stages that write the study, the one that makes it first."""
+    return [stage for stage in stages if stage.writes_study]
+
+
+def _reads_study(verb: Verb, table: Mapping[str, Any]) -> bool:
+    """Whether the verb is given the plan's study: not when its inputs are named one by one."""
+    return verb.takes("study") and not {"anchors", "net", "osm", "fcd"} & set(table)
+
+
+def _flag(verb: Verb, key: str) -> str:
+    return next((p.flag for p in verb.parameters if p.key == key), "")
+
+
+def _require_output(name: str, verb: Verb, output: str | None, path: Path) -> None:
+    if output is None and not verb.takes("into"):
+        raise OptionError(
+            "this stage writes a file of its own", f"{path}: [{name}]", "add output = FILE"
+        )
+
+
+def _option(parameter: Parameter, value: Any, where: str) -> list[str]:
+    if parameter.is_switch:
+        if not isinstance(value, bool):
+            raise OptionError("this is a switch", where, "use true or false")
+        return [parameter.flag] if value else []
+    if isinstance(value, list) and parameter.repeats:
+        return [word for one in value for word in (parameter.flag, _text(one, where))]
+    if isinstance(value, list):
+        return [parameter.flag, ",".join(_text(one, where) for one in value)]
+    return [parameter.flag, _text(value, where)]
+
+
+def _words(value: Any, folder: Path, where: str) -> list[str]:
+    """Return the arguments of a verb, with the files that a pattern such as ``*.tif`` finds."""
+    words: list[str] = []
+    for one in value if isinstance(value, list) else [value]:
+        text = _text(one, where)
+        if glob.has_magic(text) and not (folder / text).exists():
+            found = sorted(glob.glob(text, root_dir=folder))
+            if not found:
+                raise OptionError(f"no file fits {text!r}", where, "check the pattern")
+            words += found
+        else:
+            words.append(text)
+    return words
+
+
+def _text(value: Any, where: str) -> str:
+    if isinstance(value, bool) or not isinstance(value, str | int | float | date):
+        raise OptionError(
+            "this is neither text nor a number", where, "write it as on the command line"
+        )
+    return str(value)
