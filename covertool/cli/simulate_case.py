@@ -1,0 +1,292 @@
+"""What `covertool simulate` is about: the traffic, and the parked cars along its streets."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from covertool.cli.console import progress, say
+
+if TYPE_CHECKING:
+    from covertool.model import Anchors
+    from covertool.traffic.demand import Demand
+    from covertool.traffic.mobility import Mobility
+    from covertool.traffic.network import Network
+
+ALONG_M = 15.0
+SCENARIOS = ("campus", "town")
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What the command line says of traffic and parked cars."""
+
+    study: Path | None
+    anchors: tuple[str, ...]
+    crs: str | None
+    net: Path | None
+    osm: Path | None
+    fcd: Path | None
+    net_crs: str | None
+    driving_side: str | None
+    scenario: str | None
+    routes: tuple[Path, ...]
+    horizon_s: float | None
+    traffic_seeds: tuple[int, ...]
+    anchors_as: str
+    timeout_s: float
+    along_m: float | None
+    queue_anchors: bool
+
+    @property
+    def of_sample(self) -> bool:
+        """Whether nothing was named, so that it is about the sample study."""
+        return self.study is None and not (self.net or self.osm or self.fcd)
+
+    @property
+    def kind(self) -> str:
+        """Return campus, town, routes or recorded."""
+        if self.fcd is not None:
+            return "recorded"
+        return "routes" if self.routes else self.scenario or "town"
+
+
+@dataclass(frozen=True)
+class Case:
+    """Traffic and parked cars, read and ready.
+
+    ``source`` says what the streets are; ``synthetic`` that they are of the sample study.
+    """
+
+    mobilities: tuple[Mobility, ...]
+    anchors: Anchors
+    kind: str
+    source: str
+    synthetic: bool
+    files: tuple[Path, ...]
+
+
+def check(asked: Asked) -> None:
+    """Refuse options that do not go together, before anything is read."""
+    if (asked.net or asked.fcd) and asked.osm:
+        raise typer.BadParameter("use --osm without --net and --fcd", param_hint="--osm")
+    if (asked.net or asked.osm or asked.fcd) and not (asked.anchors or asked.study):
+        raise typer.BadParameter(
+            "name the parked cars: add --anchors FILE[:LAYER], or a study", param_hint="--anchors"
+        )
+    if asked.scenario not in (None, *SCENARIOS):
+        raise typer.BadParameter("use campus or town", param_hint="--scenario")
+    if asked.driving_side not in (None, "left", "right"):
+        raise typer.BadParameter("use left or right", param_hint="--driving-side")
+    if asked.anchors_as not in ("points", "parked"):
+        raise typer.BadParameter("use points or parked", param_hint="--anchors-as")
+    for given, name in ((asked.scenario, "--scenario"), (asked.routes, "--routes")):
+        if given and asked.fcd:
+            raise typer.BadParameter("a recorded trace has its own cars", param_hint=name)
+    if asked.scenario and asked.routes:
+        raise typer.BadParameter("use --scenario or --routes", param_hint="--routes")
+
+
+def read_case(asked: Asked) -> Case:
+    """Return the traffic that was asked for, driven by SUMO or read, and its parked cars."""
+    from covertool.errors import MissingExtraError
+    from covertool.traffic.sumo import find_sumo
+
+    check(asked)
+    if asked.of_sample:
+        from covertool.gis.sample import SAMPLE_STUDY, sample_folder
+
+        study = sample_folder() / SAMPLE_STUDY
+        say(f"no study was named: using the synthetic sample study {study}")
+        asked = replace(asked, study=study)
+        try:
+            find_sumo()
+        except MissingExtraError:
+            return _shipped(asked)
+        return _driven(asked, synthetic=True)
+    if asked.fcd is not None:
+        return _recorded(asked)
+    find_sumo()
+    return _driven(asked)
+
+
+def _shipped(asked: Asked) -> Case:
+    """Return the trace that ships with the sample study, where SUMO is not installed."""
+    from covertool.gis.sample import SAMPLE_TRACE, sample_folder
+
+    wants = asked.kind != "town" or asked.traffic_seeds != (1,) or asked.anchors_as != "points"
+    if wants or asked.horizon_s is not None:
+        from covertool.errors import MissingExtraError
+
+        raise MissingExtraError(
+            "SUMO is not installed, and the shipped trace holds one town run only",
+            "--scenario, --traffic-seed, --horizon, --routes, --anchors-as",
+            "pip install 'covertool[simulate]', or leave these options out",
+        )
+    path = sample_folder() / SAMPLE_TRACE
+    say(
+        f"SUMO is not installed: using the trace shipped with the sample study ({path.name}); "
+        "pip install 'covertool[simulate]' drives it anew"
+    )
+    given = replace(asked, fcd=path, crs="EPSG:2157", along_m=_along_m(asked))
+    return replace(_recorded(given), kind="town", synthetic=True)
+
+
+def _recorded(asked: Asked) -> Case:
+    from covertool.traffic.encounters import anchors_on_way
+    from covertool.traffic.mobility import recorded
+    from covertool.traffic.network import read_network
+
+    assert asked.fcd is not None
+    network = read_network(asked.net, net_crs=asked.net_crs) if asked.net else None
+    crs = None if network else asked.crs or asked.net_crs
+    mobility = recorded(asked.fcd, network=network, crs=crs, horizon_s=asked.horizon_s)
+    anchors, files = _anchors(asked, str(mobility.crs))
+    if asked.along_m is not None:
+        anchors = anchors_on_way(anchors, mobility.trace, asked.along_m)
+    read = [asked.fcd, *([asked.net] if asked.net else []), *files]
+    return Case((mobility,), anchors, "recorded", str(asked.fcd), False, tuple(read))
+
+
+def _driven(asked: Asked, *, synthetic: bool = False) -> Case:
+    from covertool.traffic.mobility import drive
+    from covertool.traffic.vicinity import anchors_along
+
+    with tempfile.TemporaryDirectory(prefix="covertool-") as folder:
+        network, source = _network(asked, Path(folder))
+        anchors, files = _anchors(asked, network.crs.to_wkt())
+        demands = [_demand(asked, network, seed) for seed in asked.traffic_seeds]
+        if demands[0].circuit:
+            edges = dict.fromkeys(edge for demand in demands for edge in demand.circuit)
+            anchors = anchors_along(anchors, network, edges, distance_m=_along_m(asked))
+        mobilities = []
+        for seed, demand in zip(asked.traffic_seeds, demands, strict=True):
+            with progress("SUMO drives", round(demand.horizon_s)) as advance:
+                mobilities.append(
+                    drive(
+                        network,
+                        demand,
+                        seed=seed,
+                        anchors=anchors if asked.anchors_as == "parked" else None,
+                        anchors_as=asked.anchors_as,
+                        timeout_s=asked.timeout_s,
+                        on_time=_steps(advance),
+                    )
+                )
+    read = (source, *asked.routes, *files)
+    return Case(tuple(mobilities), anchors, asked.kind, str(source), synthetic, read)
+
+
+def _along_m(asked: Asked) -> float:
+    return ALONG_M if asked.along_m is None else asked.along_m
+
+
+def _steps(advance: Callable[[float], object]) -> Callable[[float], object]:
+    """Return a function that turns the simulated time so far into steps of a bar."""
+    last = [0.0]
+
+    def tell(time_s: float) -> None:
+        advance(time_s - last[0])
+        last[0] = time_s
+
+    return tell
+
+
+def _network(asked: Asked, folder: Path) -> tuple[Network, Path]:
+    """Return the streets, and the file that they come from."""
+    from covertool.traffic.network import network_from_osm, network_from_streets, read_network
+
+    if asked.net is not None:
+        return read_network(asked.net, net_crs=asked.net_crs), asked.net
+    if asked.osm is not None:
+        return network_from_osm(asked.osm, folder, driving_side=asked.driving_side), asked.osm
+    assert asked.study is not None
+    return network_from_streets(_streets(asked.study), folder), asked.study
+
+
+def _streets(study: Path) -> Any:
+    from covertool.errors import FileError
+    from covertool.gis.study import read_layers
+
+    found = read_layers(study, ["streets"])
+    if not found:
+        raise FileError(
+            "the study has no layer streets to drive on",
+            str(study),
+            "add --osm FILE or --net FILE for the same place",
+        )
+    return found["streets"]
+
+
+def _demand(asked: Asked, network: Network, seed: int) -> Demand:
+    from covertool.traffic import demand
+
+    if asked.routes:
+        horizon_s = asked.horizon_s or demand.TOWN_HORIZON_S
+        return demand.user_routes(list(asked.routes), network, horizon_s=horizon_s)
+    if asked.kind == "campus":
+        horizon_s = asked.horizon_s or demand.CAMPUS_HORIZON_S
+        return demand.campus_demand(network, seed=seed, horizon_s=horizon_s)
+    horizon_s = asked.horizon_s or demand.TOWN_HORIZON_S
+    return demand.town_demand(network, seed=seed, horizon_s=horizon_s)
+
+
+def _anchors(asked: Asked, dst_crs: str) -> tuple[Anchors, list[Path]]:
+    """Return the parked cars, and on request the queued ones, in the CRS of the traffic."""
+    from covertool.gis.guard import layer_spec
+    from covertool.gis.read import read_anchors
+    from covertool.model import Anchors
+
+    specs: Sequence[str] = asked.anchors or [f"{asked.study}:anchors"]
+    crs = asked.crs if asked.anchors else None
+    anchors = Anchors.concatenate([read_anchors(spec, crs=crs, dst_crs=dst_crs) for spec in specs])
+    files = list(dict.fromkeys(layer_spec(spec)[0] for spec in specs))
+    queued = anchors.origin == "queue"
+    if not asked.queue_anchors:
+        if queued.any():
+            say(f"left out {int(queued.sum())} queued cars; --queue-anchors takes them")
+        return anchors.take(~queued), files
+    if not queued.any():
+        anchors = Anchors.concatenate([anchors, _queued(asked, dst_crs)])
+    return anchors, files
+
+
+def _queued(asked: Asked, dst_crs: str) -> Anchors:
+    """Return the queued cars of the sample study's congestion; another study brings its own."""
+    from covertool.cli import congestion_case
+    from covertool.congestion.moment import states_at
+    from covertool.congestion.queues import QueueOptions, queue_anchors
+    from covertool.congestion.streets import streets
+    from covertool.errors import ColumnError
+    from covertool.gis.sample import SAMPLE_STUDY, sample_folder
+
+    if asked.study != sample_folder() / SAMPLE_STUDY:
+        raise ColumnError(
+            "none of the anchors is of origin queue",
+            ", ".join(asked.anchors) or str(asked.study),
+            "covertool anchors queue OBSERVATIONS --segments FILE --into STUDY.gpkg",
+        )
+    read = congestion_case.read_case(
+        None, None, aoi=None, at=None, tz=None, fold=None,
+        tolerance=congestion_case.TOLERANCE, occupied=congestion_case.OCCUPIED,
+    )  # fmt: skip
+    network = streets(read.segments)
+    status, queue_m, on, name = states_at(
+        read.observations, network, read.options, day=None, window=None
+    )
+    cars, _ = queue_anchors(network, status, queue_m, QueueOptions())
+    say(f"{len(cars)} queued cars on {on}, {name} (synthetic)")
+    if str(cars.crs) != dst_crs and cars.crs.to_wkt() != dst_crs:
+        from dataclasses import replace as changed
+
+        from covertool import crs as crs_door
+
+        target = crs_door.parse(dst_crs)
+        x_m, y_m = crs_door.transform(cars.x_m, cars.y_m, cars.crs, target)
+        cars = changed(cars, x_m=x_m, y_m=y_m, crs=target)
+    return cars
