@@ -9,6 +9,7 @@ from covertool.errors import FileError
 from covertool.gis import guard
 
 SAMPLE_STUDY = "sample.gpkg"
+SAMPLE_TRACE = "trace.parquet"
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 

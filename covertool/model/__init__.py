@@ -9,6 +9,7 @@ from covertool.model.congestion import (
 )
 from covertool.model.coverage import LEVELS, CoverageReport, RadiusCoverage
 from covertool.model.positioning import (
+    CarDensity,
     LayoutImprovement,
     PositioningImprovement,
     PositioningReport,
@@ -27,6 +28,7 @@ __all__ = [
     "AnchorSource",
     "Anchors",
     "Bounds",
+    "CarDensity",
     "CoverageReport",
     "DeviceClass",
     "Floats",

@@ -177,6 +177,31 @@ class LayoutImprovement:
 
 
 @dataclass(frozen=True)
+class CarDensity:
+    """The parked cars that a car met on its way, and what they saved it (the paper's Table VIII).
+
+    Attributes
+    ----------
+    vehicle : the car's id
+    met, path_km : (N,) parked cars met and way in kilometres, in each scenario that has the car
+    percent : (N,) its mean improvement there over estimators, range noises and zones
+    """
+
+    vehicle: str
+    met: tuple[int, ...]
+    path_km: tuple[float, ...]
+    percent: tuple[float, ...]
+
+    @property
+    def met_per_km(self) -> tuple[float, ...]:
+        """Parked cars met per kilometre; NaN for a car that never moved."""
+        return tuple(
+            met / way_km if way_km > 0 else float("nan")
+            for met, way_km in zip(self.met, self.path_km, strict=True)
+        )
+
+
+@dataclass(frozen=True)
 class PositioningReport:
     """Position errors of every arm, estimator, range noise and zone, and what parked cars save.
 

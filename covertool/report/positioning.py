@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from covertool.model import Floats, PositionTracks
+from covertool.model import CarDensity, Floats, PositionTracks
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -95,24 +94,8 @@ def errors_by_run(track: PositionTracks, car: str) -> tuple[Floats, Floats]:
     return track.time_s[mine].reshape(runs, -1)[0], track.error_m[mine].reshape(runs, -1)
 
 
-@dataclass(frozen=True)
-class DensityPoints:
-    """What parked cars saved one car, over several layouts of parked cars.
-
-    Attributes
-    ----------
-    car : its name in the legend
-    met_per_km : (N,) parked cars met per kilometre, one for each layout
-    percent : (N,) improvement in percent
-    """
-
-    car: str
-    met_per_km: Floats
-    percent: Floats
-
-
 def density_figure(
-    points: Sequence[DensityPoints], *, title: str, paper: DensityPoints | None = None
+    densities: Sequence[CarDensity], *, title: str, paper: Sequence[tuple[float, float]] = ()
 ) -> Figure:
     """Return parked cars met per kilometre against improvement, as in the paper's Table VIII.
 
@@ -121,27 +104,22 @@ def density_figure(
 
     Parameters
     ----------
-    points : one for each car
+    densities : one for each car
     title : the headline
     paper : the paper's own points, drawn as hollow diamonds
+
+    Examples
+    --------
+    >>> density_figure([CarDensity("a", (6,), (2.0,), (9.4,))], title="a town").axes[0].get_xlabel()
+    'parked cars met per km'
     """
     figure = Figure(figsize=(7.4, 4.8), layout="constrained")
     axes = figure.add_subplot()
-    for number, each in enumerate(points):
-        colour = f"C{number % 10}"
-        several = len(each.percent) > 1
-        if several:
-            axes.scatter(each.met_per_km, each.percent, s=9, color=colour, alpha=0.45, linewidths=0)
-        axes.errorbar(
-            float(np.mean(each.met_per_km)), float(np.mean(each.percent)),
-            xerr=float(np.std(each.met_per_km, ddof=1)) if several else None,
-            yerr=float(np.std(each.percent, ddof=1)) if several else None,
-            fmt="o", color=colour, capsize=3, markersize=7, label=each.car,
-        )  # fmt: skip
-    if paper is not None:
-        axes.plot(
-            paper.met_per_km, paper.percent, "D", color="black", fillstyle="none", label=paper.car
-        )
+    for number, each in enumerate(densities):
+        _draw_density(axes, each, f"C{number % 10}")
+    if paper:
+        x, y = zip(*paper, strict=True)
+        axes.plot(x, y, "D", color="black", fillstyle="none", label="the paper's five cars")
     axes.axhline(0.0, color="black", linewidth=0.6)
     axes.set(xlabel="parked cars met per km", ylabel="improvement of the mean error (%)")
     axes.set_xlim(left=0)
@@ -149,3 +127,17 @@ def density_figure(
     axes.grid(alpha=0.25, linewidth=0.5)
     axes.legend(fontsize=8, frameon=False)
     return figure
+
+
+def _draw_density(axes: Axes, density: CarDensity, colour: str) -> None:
+    x, y = np.array(density.met_per_km), np.array(density.percent)
+    if not y.size:
+        return
+    spread_x = spread_y = None
+    if y.size > 1:
+        axes.scatter(x, y, s=9, color=colour, alpha=0.45, linewidths=0)
+        spread_x, spread_y = float(np.std(x, ddof=1)), float(np.std(y, ddof=1))
+    axes.errorbar(
+        float(np.mean(x)), float(np.mean(y)), xerr=spread_x, yerr=spread_y, fmt="o",
+        color=colour, capsize=3, markersize=7, label=f"car {density.vehicle}",
+    )  # fmt: skip

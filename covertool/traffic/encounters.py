@@ -85,3 +85,18 @@ def encounters(trace: Trace, anchors: Anchors, radius_m: float) -> Encounters:
         pairs = np.unique(np.stack([np.repeat(car, counts), anchor], axis=1), axis=0)
         met = np.bincount(pairs[:, 0], minlength=names.size)
     return Encounters(names.astype(object), path_m / 1000.0, met, radius_m)
+
+
+def anchors_on_way(anchors: Anchors, trace: Trace, distance_m: float) -> Anchors:
+    """Return the anchors within a distance of the ways of cars, from step to step."""
+    import shapely
+
+    order = np.lexsort((trace.time_s, trace.vehicle.astype(str)))
+    car = trace.vehicle[order]
+    xy = np.stack([trace.x_m[order], trace.y_m[order]], axis=1)
+    last = np.append(car[1:] != car[:-1], True)
+    onward = np.where(last[:, None], xy, np.roll(xy, -1, axis=0))
+    ways: Objects = np.asarray(shapely.linestrings(np.stack([xy, onward], axis=1)), dtype=object)
+    places = shapely.points(anchors.x_m, anchors.y_m)
+    near = shapely.STRtree(ways).query(places, predicate="dwithin", distance=distance_m)[0]
+    return anchors.take(np.unique(near))

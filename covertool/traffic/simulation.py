@@ -5,13 +5,14 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from statistics import fmean
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from covertool import crs as crs_door
 from covertool.errors import CrsError, GeometryError, OptionError
-from covertool.model import Anchors, PositioningReport
+from covertool.model import Anchors, CarDensity, PositioningReport
 from covertool.positioning import ARMS, ESTIMATORS, PositioningOptions, Scenario, position_errors
 from covertool.traffic.encounters import Encounters, encounters
 from covertool.traffic.layouts import parked_layouts
@@ -34,7 +35,7 @@ class Simulation:
     scenarios : each traffic with each layout of parked cars
     report : the tables
     vehicles : the cars that are reported one by one
-    met : the ways of the first scenario's cars and the parked cars that they met
+    met : the ways of the cars and the parked cars that they met, one for each scenario
     seconds : time of ``sumo``, ``positioning`` and, when it was computed, ``bound``
     """
 
@@ -42,13 +43,33 @@ class Simulation:
     scenarios: tuple[Scenario, ...] = field(repr=False)
     report: PositioningReport = field(repr=False)
     vehicles: tuple[str, ...]
-    met: Encounters = field(repr=False)
+    met: tuple[Encounters, ...] = field(repr=False)
     seconds: dict[str, float] = field(compare=False)
 
     @property
     def anchors(self) -> Anchors:
         """The parked cars of the first scenario."""
         return self.scenarios[0].anchors
+
+    def densities(self) -> tuple[CarDensity, ...]:
+        """Return for each reported car what it met and what that saved it, in each scenario."""
+        return tuple(self._density(vehicle) for vehicle in self.vehicles)
+
+    def _density(self, vehicle: str) -> CarDensity:
+        rows = []
+        for scenario, met in zip(self.scenarios, self.met, strict=True):
+            percents = [
+                each.percent
+                for each in self.report.layouts
+                if each.vehicle == vehicle
+                and (each.layout, each.traffic_seed) == (scenario.layout, scenario.traffic_seed)
+                and each.percent is not None
+            ]
+            if percents:
+                row = met.row(vehicle)
+                rows.append((int(met.met[row]), float(met.path_km[row]), fmean(percents)))
+        met_cars, path_km, percent = zip(*rows, strict=True) if rows else ((), (), ())
+        return CarDensity(vehicle, met_cars, path_km, percent)
 
     def to_frame(self) -> pd.DataFrame:
         """Return one row for each arm, estimator, range noise, zone and reported car."""
@@ -111,8 +132,8 @@ def simulate(
         for number, layout in enumerate(parked)
         for each in mobilities
     )
-    met = encounters(mobilities[0].trace, parked[0], float(radii_m[0]))
-    named = tuple(vehicles) or met.longest(LONGEST)
+    met = tuple(encounters(each.trace, each.anchors, float(radii_m[0])) for each in scenarios)
+    named = tuple(vehicles) or met[0].longest(LONGEST)
     begun = time.perf_counter()
     report = position_errors(
         scenarios,
