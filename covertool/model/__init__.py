@@ -10,6 +10,7 @@ from covertool.model.congestion import (
 from covertool.model.coverage import LEVELS, CoverageReport, RadiusCoverage
 from covertool.model.positioning import (
     CarDensity,
+    CarErrors,
     LayoutImprovement,
     PositioningImprovement,
     PositioningReport,
@@ -29,6 +30,7 @@ __all__ = [
     "Anchors",
     "Bounds",
     "CarDensity",
+    "CarErrors",
     "CoverageReport",
     "DeviceClass",
     "Floats",

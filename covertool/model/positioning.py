@@ -177,6 +177,26 @@ class LayoutImprovement:
 
 
 @dataclass(frozen=True)
+class CarErrors:
+    """The mean position error of every car of the first scenario, over its steps and all runs.
+
+    Attributes
+    ----------
+    arm, estimator, preset, sigma_range_m, radius_m : as in :class:`PositioningResult`
+    vehicle : (N,) object array of str
+    mean_error_m : (N,) in metres; NaN for a car that diverged
+    """
+
+    arm: str
+    estimator: str | None
+    preset: str | None
+    sigma_range_m: float | None
+    radius_m: float | None
+    vehicle: Objects
+    mean_error_m: Floats
+
+
+@dataclass(frozen=True)
 class CarDensity:
     """The parked cars that a car met on its way, and what they saved it (the paper's Table VIII).
 
@@ -212,6 +232,7 @@ class PositioningReport:
     seed : of the noise
     results, improvements : the tables
     layouts : the improvements of each scenario alone
+    cars : the mean error of every car of the first scenario
     options : the options as plain values
     battery_hours, mean_stay_h : how long a parked car can serve, and how long it stays on average
     estimate_seconds, bound_seconds : time that both took; no part of a comparison
@@ -229,6 +250,7 @@ class PositioningReport:
     battery_hours: float
     mean_stay_h: float
     layouts: tuple[LayoutImprovement, ...] = ()
+    cars: tuple[CarErrors, ...] = field(default=(), repr=False, compare=False)
     estimate_seconds: float = field(default=0.0, compare=False)
     bound_seconds: float | None = field(default=None, compare=False)
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from covertool.dsrc import MEAN_STAY_H, battery_hours
 from covertool.model import (
+    CarErrors,
     LayoutImprovement,
     PositioningImprovement,
     PositioningReport,
@@ -167,6 +168,7 @@ class _Table:
             results=results,
             improvements=improvements,
             layouts=layouts,
+            cars=tuple(self._cars(case) for case in cases),
             options=dataclasses.asdict(work.options),
             battery_hours=battery_hours(),
             mean_stay_h=MEAN_STAY_H,
@@ -248,4 +250,18 @@ class _Table:
             vehicle,
             traditional_m=means_m[0],
             proposed_m=means_m[1],
+        )
+
+    def _cars(self, case: Case) -> CarErrors:
+        """Return the mean error of each car of the first scenario."""
+        sums = self._sums(case, 0, ALL)
+        assert sums is not None
+        lost = sums.diverged.any(axis=0)
+        count = np.where(lost, 0, sums.count.sum(axis=0))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            mean_m = np.where(count > 0, sums.error_m.sum(axis=0) / count, np.nan)
+        names = np.array(self._work.steps[0].vehicle, dtype=object)
+        preset = preset_of(case.estimator)
+        return CarErrors(
+            case.arm, case.estimator, preset, case.sigma_range_m, case.radius_m, names, mean_m
         )
