@@ -13,6 +13,9 @@ from covertool.model import Anchors, Floats, TransitArea
 Radius = float | str | None
 """Metres, a device class (A to D), or None for each anchor's own radius or class."""
 
+LARGEST_RADIUS_M = 1e6
+"""Beyond any radio, and beyond what one map projection can show."""
+
 
 @dataclass(frozen=True)
 class Radii:
@@ -51,9 +54,11 @@ def radii_of(anchors: Anchors, radius: Radius) -> Radii:
     if isinstance(radius, str):
         chosen = device_class(radius)
         return Radii(np.full(len(anchors), chosen.radius_m), chosen.radius_m, chosen.name)
-    if not (np.isfinite(radius) and radius > 0):
+    if not 0 < radius <= LARGEST_RADIUS_M:
         raise OptionError(
-            f"a radius of {radius} m is not possible", "radius", "use a positive number of metres"
+            f"a radius of {radius:g} m is not possible",
+            "radius",
+            f"use metres above zero, up to {LARGEST_RADIUS_M:,.0f}",
         )
     return Radii(np.full(len(anchors), float(radius)), float(radius), None)
 
@@ -81,13 +86,13 @@ def check_points(x_m: Floats, y_m: Floats) -> None:
 
 
 def check_radii(radius_m: Floats) -> None:
-    """Raise GeometryError when a radius is not a positive finite number."""
-    bad = np.flatnonzero(~(np.isfinite(radius_m) & (radius_m > 0)))
+    """Raise GeometryError when a radius is not above zero, or beyond any radio and projection."""
+    bad = np.flatnonzero(~((radius_m > 0) & (radius_m <= LARGEST_RADIUS_M)))
     if bad.size:
         raise GeometryError(
-            f"{bad.size} radii are not positive numbers",
+            f"{bad.size} radii are not possible",
             f"anchor row {bad[0] + 1}: radius {radius_m[bad[0]]} m",
-            "give every anchor a radius above 0 m",
+            f"give every anchor a radius above 0 m, up to {LARGEST_RADIUS_M:,.0f} m",
         )
 
 
