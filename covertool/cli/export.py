@@ -1,22 +1,13 @@
-"""`covertool export`: a study as a map or as a layer in another format."""
+"""`covertool export`: a study as layers in other formats, as tables, or as a map."""
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from covertool.cli.app import app
+from covertool.cli.console import say
 from covertool.cli.options import Overwrite
-
-_MAP_LAYERS = (
-    "buildings",
-    "transit",
-    "coverage_level_1",
-    "coverage_level_2",
-    "coverage_level_3",
-    "anchors",
-)
 
 
 @app.command()
@@ -26,12 +17,36 @@ def export(
         Path,
         typer.Option(
             "-o", "--output", metavar="FILE",
-            help="Map: .png .pdf .svg. Layer: .geojson .parquet .fgb .shp .csv.",
+            help="Layers: .gpkg .kml .shp.zip .geojson .parquet .fgb .shp .csv. "
+            "Tables: .xlsx .csv .tex .md. Figures: .png .pdf .svg.",
         ),
     ],
     layer: Annotated[
-        str | None, typer.Option("--layer", metavar="NAME", help="The layer to write.")
+        list[str] | None,
+        typer.Option("--layer", metavar="NAME", help="A layer to write (repeatable)."),
     ] = None,
+    table: Annotated[
+        str | None,
+        typer.Option(
+            "--table", metavar="NAME",
+            help="The table to write: summary, coverage, curve, penetration, zones, congestion, "
+            "congestion_means, positioning, improvements, parameters, dictionary.",
+        ),
+    ] = None,
+    discs: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--discs", metavar="METRES|CLASS",
+            help="Also the disc of each anchor as a layer (repeatable).",
+        ),
+    ] = None,
+    show: Annotated[
+        str,
+        typer.Option(
+            "--show", metavar="VIEW",
+            help="What a figure shows: coverage, parked, streets, circuit, curve, penetration.",
+        ),
+    ] = "coverage",
     radius: Annotated[
         float | None,
         typer.Option("--radius", metavar="METRES", help="Which coverage the map shows."),
@@ -41,67 +56,41 @@ def export(
         typer.Option("--bounds", metavar="X0,Y0,X1,Y1", help="The part that the map shows."),
     ] = None,
     title: Annotated[str | None, typer.Option("--title", help="Headline of the map.")] = None,
+    licence: Annotated[
+        str | None, typer.Option("--licence", help="Licence of the data, for the foot of the map.")
+    ] = None,
+    data_date: Annotated[
+        str | None, typer.Option("--data-date", help="When the data is of, for the foot.")
+    ] = None,
     overwrite: Overwrite = False,
 ) -> None:  # fmt: skip
-    """Write a study as a map for print, or one of its layers in another GIS format.
+    """Write a study as layers for a GIS, as tables, or as a map for print; nothing is computed.
 
     \b
     Examples:
-      covertool export town.gpkg -o town.png
-      covertool export town.gpkg -o centre.pdf --radius 15 --bounds 693500,737000,694500,737800
+      covertool export town.gpkg -o tables.xlsx
+      covertool export town.gpkg -o town.kml
       covertool export town.gpkg --layer transit -o transit.geojson
+      covertool export town.gpkg --discs A -o discs.gpkg
+      covertool export town.gpkg --table coverage -o coverage.tex
+      covertool export town.gpkg -o centre.pdf --radius 15 --bounds 693500,737000,694500,737800
     """
-    from covertool.gis.figure import FIGURE_FORMATS
-    from covertool.gis.formats import by_suffix
+    from covertool.cli.whence import whence
+    from covertool.report.export import export as write
+    from covertool.report.views import MapOptions
 
-    if by_suffix(output, FIGURE_FORMATS) is None:
-        _export_layer(study, output, layer, overwrite)
-    else:
-        _export_map(study, output, radius, bounds, title, overwrite)
-
-
-def _export_layer(study: Path, output: Path, layer: str | None, overwrite: bool) -> None:
-    from covertool.gis.layers import read_layer
-    from covertool.gis.write import write_layers
-
-    spec = f"{study}:{layer}" if layer else str(study)
-    frame = read_layer(spec, None).frame
-    write_layers(output, {layer or study.stem: frame}, overwrite=overwrite, inputs=[study])
-
-
-def _export_map(
-    study: Path,
-    output: Path,
-    radius: float | None,
-    bounds: str | None,
-    title: str | None,
-    overwrite: bool,
-) -> None:
-    from covertool.errors import FileError
-    from covertool.gis.figure import write_figure
-    from covertool.gis.study import inherited_metadata, read_layers
-    from covertool.report.figures import coverage_map, of_one_radius
-
-    layers = read_layers(study, _MAP_LAYERS)
-    if "transit" not in layers:
-        raise FileError(
-            "the study has no transit layer", str(study), "make it with covertool transit"
-        )
-    shown, coverage = of_one_radius(layers, radius)
-    figure = coverage_map(
-        shown,
-        title=title or f"{study.stem}: {coverage}",
-        footnote=_footnote(study, inherited_metadata([study])),
-        bounds=_parse_bounds(bounds) if bounds else None,
+    shown = _parse_bounds(bounds) if bounds else None
+    write(
+        study,
+        output,
+        layers=layer or (),
+        table=table,
+        discs=discs or (),
+        figure=MapOptions(show, radius, shown, title, licence, data_date),
+        overwrite=overwrite,
+        metadata=whence([study]).to_metadata(),
     )
-    write_figure(output, figure, overwrite=overwrite)
-
-
-def _footnote(study: Path, metadata: Mapping[str, str]) -> str:
-    synthetic = (
-        f"; synthetic: {metadata.get('title', 'invented data')}" if "synthetic" in metadata else ""
-    )
-    return f"covertool, from {study.name}{synthetic}"
+    say(f"wrote {output}")
 
 
 def _parse_bounds(text: str) -> tuple[float, float, float, float]:

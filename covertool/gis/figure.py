@@ -23,9 +23,15 @@ _UNDATED: dict[str, dict[str, Any]] = {
     "SVG": {"Date": None},
 }
 
+_ABOUT = {"PNG": "Description", "PDF": "Subject", "SVG": "Description"}
 
-def write_figure(path: str | Path, figure: Figure, *, overwrite: bool = False) -> None:
+
+def write_figure(
+    path: str | Path, figure: Figure, *, about: str = "", overwrite: bool = False
+) -> None:
     """Write a figure whole or not at all; the extension decides the format.
+
+    What ``about`` says, such as the provenance, lies in the file unseen.
 
     Raises
     ------
@@ -35,7 +41,6 @@ def write_figure(path: str | Path, figure: Figure, *, overwrite: bool = False) -
     import matplotlib as mpl
 
     checked, known = guard.output_file(path, FIGURE_FORMATS, overwrite=overwrite)
+    unseen = {**_UNDATED[known.name], **({_ABOUT[known.name]: about} if about else {})}
     with guard.replacing(checked) as temporary, mpl.rc_context({"svg.hashsalt": "covertool"}):
-        figure.savefig(
-            temporary, format=known.driver.lower(), dpi=200, metadata=_UNDATED[known.name]
-        )
+        figure.savefig(temporary, format=known.driver.lower(), dpi=200, metadata=unseen)

@@ -33,6 +33,10 @@ FLATGEOBUF = Format("FlatGeobuf", "FlatGeobuf", (".fgb",), ((0, b"fgb"),))
 SHAPEFILE = Format("Shapefile", "ESRI Shapefile", (".shp",), ((0, b"\x00\x00\x27\x0a"),))
 CSV = Format("CSV", "CSV", (".csv", ".tsv", ".txt"))
 VECTOR_FORMATS = (GEOPACKAGE, GEOJSON, GEOPARQUET, FLATGEOBUF, SHAPEFILE, CSV)
+KML = Format("KML", "KML", (".kml",), layers=True)
+SHAPEFILES = Format("zipped Shapefiles", "ESRI Shapefile", (".shp.zip",), layers=True)
+VECTOR_OUTPUTS = (*VECTOR_FORMATS, KML, SHAPEFILES)
+"""What layers are written to; KML and archives are not read again."""
 
 _XML = ((0, b"<?xml"), (0, b"<osm"), (0, b"\xef\xbb\xbf<"))
 OSM_FORMATS = (

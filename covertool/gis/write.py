@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
+import json
 import logging
-import os
-import shutil
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,15 +14,19 @@ import shapely
 from covertool import crs as crs_door
 from covertool.errors import CrsError, FileError, GeometryError, OptionError
 from covertool.gis import formats, guard
-from covertool.gis.columns import has_geometry, layer_kind, short_names, typed
-from covertool.gis.formats import VECTOR_FORMATS, Format
+from covertool.gis.columns import has_geometry, layer_kind, typed
+from covertool.gis.formats import VECTOR_OUTPUTS, Format
 from covertool.gis.geopackage import write_geopackage
+from covertool.gis.kml import write_kml
+from covertool.gis.shapefile import write_shapefile, write_zip
 
 if TYPE_CHECKING:
     import geopandas as gpd
     import pandas as pd
 
 _LOG = logging.getLogger(__name__)
+
+_WITHOUT_METADATA = (formats.SHAPEFILE, formats.CSV)
 
 
 def write_layers(
@@ -40,8 +43,8 @@ def write_layers(
     Parameters
     ----------
     path : str or Path
-        ``.gpkg`` holds many layers; ``.geojson``, ``.parquet``, ``.fgb``, ``.shp`` and ``.csv``
-        (points) hold one.
+        ``.gpkg``, ``.kml`` and ``.shp.zip`` hold many layers; ``.geojson``, ``.parquet``, ``.fgb``,
+        ``.shp`` and ``.csv`` (points) hold one.
     layers : mapping of str to GeoDataFrame or DataFrame
         Layers by name. A plain DataFrame is written as a table of attributes without geometry,
         which only a GeoPackage holds.
@@ -51,7 +54,8 @@ def write_layers(
         Add or replace only these layers in an existing GeoPackage; a new one is made if there is
         none.
     metadata : mapping of str to str, or None
-        Keys and values for the metadata table of a GeoPackage.
+        Keys and values that the file carries: in its metadata table, its description, or, where
+        the format has no such place (Shapefile, CSV), in a file ``NAME.provenance.json`` beside.
     inputs : iterable of str or Path
         Files that the output must not be one of.
 
@@ -61,7 +65,7 @@ def write_layers(
         When the path or the layers do not fit; the old file is then as it was.
     """
     checked, known = guard.output_file(
-        path, VECTOR_FORMATS, overwrite=overwrite or into, inputs=inputs
+        path, VECTOR_OUTPUTS, overwrite=overwrite or into, inputs=inputs
     )
     if not layers:
         raise OptionError("there is no layer to write", str(checked), "name at least one")
@@ -72,6 +76,14 @@ def write_layers(
             guard.input_file(checked, (formats.GEOPACKAGE,))
         write_geopackage(checked, layers, into=into, metadata=metadata)
         return
+    _require_geometry(checked, layers)
+    about = json.dumps(dict(metadata), ensure_ascii=False) if metadata else ""
+    if known is formats.KML:
+        _write_kml(checked, layers, metadata or {})
+        return
+    if known is formats.SHAPEFILES:
+        write_zip(checked, layers, about)
+        return
     if len(layers) > 1:
         raise OptionError(
             f"{known.name} holds one layer, not {len(layers)} ({', '.join(layers)})",
@@ -79,28 +91,36 @@ def write_layers(
             "write a .gpkg, or choose one layer",
         )
     name, frame = next(iter(layers.items()))
-    if not has_geometry(frame):
-        raise GeometryError(
-            f"the table {name} has no geometry", str(checked), "write tables to a .gpkg"
-        )
-    _write_single(checked, known, name, frame)
+    _write_single(checked, known, name, frame, about)
+    if about and known in _WITHOUT_METADATA:
+        with guard.replacing(checked.with_name(f"{checked.name}.provenance.json")) as temporary:
+            temporary.write_text(f"{about}\n", encoding="utf-8")
 
 
-def _write_single(path: Path, known: Format, name: str, frame: gpd.GeoDataFrame) -> None:
+def _require_geometry(path: Path, layers: Mapping[str, pd.DataFrame]) -> None:
+    for name, frame in layers.items():
+        if not has_geometry(frame):
+            raise GeometryError(
+                f"the table {name} has no geometry", str(path), "write tables to a .gpkg"
+            )
+
+
+def _write_single(
+    path: Path, known: Format, name: str, frame: gpd.GeoDataFrame, about: str
+) -> None:
     if known is formats.SHAPEFILE:
-        _write_shapefile(path, name, frame)
+        write_shapefile(path, name, frame)
         return
     with guard.replacing(path) as temporary:
         if known is formats.GEOJSON:
-            _write_geojson(temporary, name, frame, path)
+            _write_geojson(temporary, name, frame, path, about)
         elif known is formats.GEOPARQUET:
-            typed(frame).to_parquet(
-                temporary, index=False, write_covering_bbox=True, schema_version="1.1.0"
-            )
+            _write_parquet(temporary, frame, about)
         elif known is formats.CSV:
             _write_csv(temporary, frame, path)
         else:
-            _write_ogr(temporary, known, name, frame, SPATIAL_INDEX="YES")
+            described = {"DESCRIPTION": about} if about else {}
+            _write_ogr(temporary, known, name, frame, SPATIAL_INDEX="YES", **described)
         _check(temporary, known, path, len(frame))
 
 
@@ -121,9 +141,20 @@ def _write_ogr(
     )
 
 
-def _write_geojson(path: Path, name: str, frame: gpd.GeoDataFrame, target: Path) -> None:
+def _write_geojson(
+    path: Path, name: str, frame: gpd.GeoDataFrame, target: Path, about: str
+) -> None:
     """Write RFC 7946: WGS 84, exterior rings counterclockwise, seven decimals, no crs member."""
-    _write_ogr(path, formats.GEOJSON, name, in_wgs84(frame, target), RFC7946="YES")
+    described = {"DESCRIPTION": about} if about else {}
+    moved = in_wgs84(frame, target)
+    _write_ogr(path, formats.GEOJSON, name, moved, RFC7946="YES", **described)
+
+
+def _write_parquet(path: Path, frame: gpd.GeoDataFrame, about: str) -> None:
+    """Write GeoParquet 1.1 with a bounding box of each row; pandas keeps ``attrs`` beside."""
+    table = typed(frame)
+    table.attrs = {"covertool": about} if about else {}
+    table.to_parquet(path, index=False, write_covering_bbox=True, schema_version="1.1.0")
 
 
 def in_wgs84(frame: gpd.GeoDataFrame, target: Path) -> gpd.GeoDataFrame:
@@ -147,6 +178,16 @@ def in_wgs84(frame: gpd.GeoDataFrame, target: Path) -> gpd.GeoDataFrame:
     return frame.set_geometry(list(moved), crs=None).set_crs(crs_door.WGS84, allow_override=True)
 
 
+def _write_kml(
+    path: Path, layers: Mapping[str, gpd.GeoDataFrame], metadata: Mapping[str, str]
+) -> None:
+    moved = {name: in_wgs84(frame, path) for name, frame in layers.items()}
+    about = "\n".join(f"{key}: {value}" for key, value in metadata.items())
+    with guard.replacing(path) as temporary:
+        write_kml(temporary, metadata.get("title") or path.stem, moved, about)
+        _check(temporary, formats.KML, path, sum(map(len, layers.values())))
+
+
 def _write_csv(path: Path, frame: gpd.GeoDataFrame, target: Path) -> None:
     import pandas as pd
 
@@ -168,23 +209,6 @@ def _write_csv(path: Path, frame: gpd.GeoDataFrame, target: Path) -> None:
         _LOG.info("%s: read it again with --crs %s", target, crs_door.name(frame.crs))
 
 
-def _write_shapefile(path: Path, name: str, frame: gpd.GeoDataFrame) -> None:
-    """Write all parts of a Shapefile in a folder beside, then move them; the .shp comes last."""
-    columns = [str(column) for column in frame.columns if column != frame.geometry.name]
-    renamed = frame.rename(columns=short_names(columns))
-    with guard.replacing(path) as temporary:
-        folder = temporary.with_suffix("")
-        folder.mkdir()
-        try:
-            _write_ogr(folder / path.name, formats.SHAPEFILE, path.stem, renamed, ENCODING="UTF-8")
-            _check(folder / path.name, formats.SHAPEFILE, path, len(frame))
-            for part in sorted(folder.iterdir()):
-                os.replace(part, temporary if part.suffix == ".shp" else path.with_name(part.name))
-        finally:
-            shutil.rmtree(folder)
-    _LOG.info("%s: layer %s written with column names %s", path, name, list(renamed.columns))
-
-
 def _check(temporary: Path, known: Format, path: Path, expected: int) -> None:
     """Reopen the file and count its rows."""
     count = _count(temporary, known)
@@ -203,6 +227,11 @@ def _count(path: Path, known: Format) -> int:
         import pandas as pd
 
         return len(pd.read_csv(path))
+    if known is formats.KML:
+        from lxml import etree
+
+        marks = etree.iterparse(str(path), tag="{*}Placemark", remove_blank_text=True)
+        return sum(element.clear() is None for _, element in marks)
     import pyogrio
 
     return int(pyogrio.read_info(path, force_feature_count=True)["features"])

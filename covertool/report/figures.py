@@ -7,8 +7,10 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.collections import PatchCollection
+import shapely
+from matplotlib.collections import LineCollection, PatchCollection
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, PathPatch, Rectangle
 from matplotlib.path import Path
 
@@ -32,10 +34,16 @@ _AREAS = (
     ("coverage_level_2", LEVEL_2, "Level 2: two"),
     ("coverage_level_3", LEVEL_3, "Level 3: three or more"),
 )
+_LINES = (
+    ("streets", "#b9b4ab", 0.6, "streets"),
+    ("segments", TRANSIT, 1.8, "monitored streets"),
+    ("trajectories", TRANSIT, 1.2, "drives"),
+)
 _CAR_LENGTH_M = 4.4
+_TALLEST = 1.6  # height of a map over its width; a page is about that
 
 
-def coverage_map(
+def study_map(
     layers: Mapping[str, gpd.GeoDataFrame],
     *,
     title: str,
@@ -43,19 +51,23 @@ def coverage_map(
     bounds: Bounds | None = None,
     width_in: float = 8.0,
 ) -> Figure:
-    """Return the map of a study: transit area, coverage levels and anchors.
+    """Return the map of a study: areas, lines and parked cars, with what a printed map needs.
+
+    A scale bar, an arrow to grid north, a legend, and below the CRS and the footnote.
 
     Parameters
     ----------
     layers : mapping of layer name to GeoDataFrame
-        Of `buildings`, `transit`, `coverage_level_1` to `_3` and `anchors` those that are there,
-        all in one projected CRS; a level layer holds one radius.
+        Of `buildings`, `transit`, `coverage_level_1` to `_3`, `streets`, `segments`,
+        `trajectories` and `anchors` those that are there, all in one projected CRS; a level layer
+        holds one radius.
     title : str
         The headline.
     footnote : str
         Provenance and licence, printed below the map.
     bounds : (x0, y0, x1, y1), optional
-        The part to show, in metres of the CRS; the transit area's box when left out.
+        The part to show, in metres of the CRS; when left out, the box of the transit area, else
+        of all layers.
     width_in : float
         Width of the figure in inches; the height follows from the map.
 
@@ -63,17 +75,21 @@ def coverage_map(
     --------
     >>> import geopandas as gpd, shapely
     >>> road = gpd.GeoDataFrame(geometry=[shapely.box(0, 0, 200, 100)], crs=2157)
-    >>> coverage_map({"transit": road}, title="a road").axes[0].get_title(loc="left")
+    >>> study_map({"transit": road}, title="a road").axes[0].get_title(loc="left")
     'a road'
     """
-    x0, y0, x1, y1 = bounds or _padded(tuple(layers["transit"].total_bounds))
-    figure = Figure(
-        figsize=(width_in, width_in * (y1 - y0) / (x1 - x0) + 1.1), layout="constrained"
-    )
+    x0, y0, x1, y1 = bounds or _padded(_extent(layers))
+    height_in = min(width_in * (y1 - y0) / (x1 - x0), _TALLEST * width_in)
+    figure = Figure(figsize=(width_in, height_in + 1.3), layout="constrained")
     axes = figure.add_subplot()
-    handles = [
+    handles: list[Any] = [
         _draw_areas(axes, layers[name], colour, label)
         for name, colour, label in _AREAS
+        if name in layers
+    ]
+    handles += [
+        _draw_lines(axes, layers[name], colour, width_pt, label)
+        for name, colour, width_pt, label in _LINES
         if name in layers
     ]
     if "anchors" in layers:
@@ -81,10 +97,12 @@ def coverage_map(
     axes.set(xlim=(x0, x1), ylim=(y0, y1), aspect="equal", xticks=[], yticks=[])
     axes.set_title(title, loc="left", fontsize=11)
     draw_scale_bar(axes, x1 - x0)
-    draw_north_arrow(axes)
+    crs = next(iter(layers.values())).crs
+    if not crs_door.is_image_plane(crs):  # which has no north
+        draw_north_arrow(axes)
     figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8, frameon=False)
-    crs_name = crs_door.name(layers["transit"].crs)
-    axes.set_xlabel("\n".join(filter(None, [f"CRS {crs_name}", footnote])), fontsize=7, loc="left")
+    told = "\n".join(filter(None, [f"CRS {crs_door.name(crs)}", footnote]))
+    axes.set_xlabel(told, fontsize=7, loc="left")
     return figure
 
 
@@ -125,6 +143,15 @@ def of_one_radius(
     return kept, f"coverage at {chosen:g} m"
 
 
+def _extent(layers: Mapping[str, gpd.GeoDataFrame]) -> Bounds:
+    frames = [layers["transit"]] if "transit" in layers else layers.values()
+    boxes = np.array([frame.total_bounds for frame in frames if len(frame) > 0])
+    if boxes.size == 0:
+        return 0.0, 0.0, 1.0, 1.0
+    (x0, y0), (x1, y1) = boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)
+    return float(x0), float(y0), float(x1), float(y1)
+
+
 def _padded(bounds: tuple[Any, ...]) -> Bounds:
     x0, y0, x1, y1 = (float(value) for value in bounds)
     margin = 0.02 * max(x1 - x0, y1 - y0)
@@ -144,11 +171,19 @@ def _path(polygon: Any) -> Path:
     )
 
 
+def _draw_lines(
+    axes: Axes, frame: gpd.GeoDataFrame, colour: str, width_pt: float, label: str
+) -> Line2D:
+    paths = [shapely.get_coordinates(line) for line in frame.geometry.explode() if line]
+    axes.add_collection(LineCollection(paths, colors=colour, linewidths=width_pt, zorder=2))
+    return Line2D([], [], color=colour, linewidth=width_pt, label=label)
+
+
 def _draw_anchors(axes: Axes, frame: gpd.GeoDataFrame, map_width_m: float, width_in: float) -> Any:
     points = frame.geometry
     car_pt = _CAR_LENGTH_M / map_width_m * width_in * 72
     return axes.scatter(
-        points.x, points.y, s=max(car_pt, 0.7) ** 2, c=PARKED, marker="s", linewidths=0,
+        points.x, points.y, s=max(car_pt, 0.7) ** 2, c=PARKED, marker="s", linewidths=0, zorder=3,
         label=f"{len(frame)} parked cars",
     )  # fmt: skip
 

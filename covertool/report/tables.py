@@ -1,0 +1,318 @@
+"""What a study found, as tables for a spreadsheet, a paper or a page; nothing is computed anew."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from covertool.errors import FileError, OptionError
+from covertool.model.sheets import Cell, Heading, Sheet
+from covertool.report.dictionary import heading, meaning
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of a study that becomes a sheet.
+
+    Attributes
+    ----------
+    table : its table in the study
+    title : headline of the sheet
+    mend : the command that makes it, with STUDY for the study's path
+    """
+
+    table: str
+    title: str
+    mend: str
+
+
+PARTS: Mapping[str, Part] = {
+    "coverage": Part(
+        "coverage_summary",
+        "Share of the transit area that hears one, two, or three and more stationary cars",
+        "covertool coverage STUDY --radius 15 --into STUDY",
+    ),
+    "curve": Part(
+        "coverage_curve",
+        "Coverage against the radius",
+        "covertool coverage STUDY --radius 15 --curve 5:100:20 --into STUDY",
+    ),
+    "penetration": Part(
+        "coverage_penetration",
+        "Expected coverage when only a share of the cars carries a device",
+        "covertool coverage STUDY --radius 15 --penetration 0.1,0.5,1 --into STUDY",
+    ),
+    "zones": Part(
+        "coverage_zones",
+        "Coverage of each zone",
+        "covertool coverage STUDY --radius 15 --zones ZONES --into STUDY",
+    ),
+    "congestion": Part(
+        "occupancy",
+        "Street length that is slow or stands, by weekday and time",
+        "covertool congestion table OBSERVATIONS --into STUDY",
+    ),
+    "congestion_means": Part(
+        "occupancy_means",
+        "Street length that is slow or stands, means over days",
+        "covertool congestion table OBSERVATIONS --into STUDY",
+    ),
+    "positioning": Part(
+        "positioning",
+        "Position errors of moving cars",
+        "covertool simulate STUDY --into STUDY",
+    ),
+    "improvements": Part(
+        "improvements",
+        "How much parked cars take off the position error",
+        "covertool simulate STUDY --into STUDY",
+    ),
+}
+ALWAYS = ("summary", "parameters", "dictionary")
+TABLE_NAMES = ("summary", *PARTS, "parameters", "dictionary")
+"""The sheets of a workbook, in their order; of `PARTS` those that the study holds."""
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What the tables are made from, as it lies in a study.
+
+    Attributes
+    ----------
+    name : of the study
+    path : of the study, for messages
+    run_id : short hash of the study
+    crs : name of its CRS
+    counts : rows of each layer
+    transit_area_m2 : area of the transit layer; None when there is none
+    tables : its tables of findings by name
+    columns : columns of each layer and table
+    metadata : its metadata table
+    """
+
+    name: str
+    path: str
+    run_id: str
+    crs: str
+    counts: Mapping[str, int]
+    transit_area_m2: float | None
+    tables: Mapping[str, pd.DataFrame]
+    columns: Mapping[str, Sequence[str]]
+    metadata: Mapping[str, str]
+
+
+def sheet(found: Findings, name: str) -> Sheet:
+    """Return one table of a study.
+
+    Raises
+    ------
+    OptionError
+        When there is no table of that name.
+    FileError
+        When the study lacks what it is made from; the error names the verb.
+    """
+    if name in _MADE:
+        return _MADE[name](found)
+    if name not in PARTS:
+        raise OptionError(
+            f"there is no table {name!r}", "--table", f"choose one of: {', '.join(TABLE_NAMES)}"
+        )
+    part = PARTS[name]
+    frame = found.tables.get(part.table)
+    if frame is None:
+        raise FileError(
+            f"the study holds no {part.table.replace('_', ' ')}",
+            found.path,
+            part.mend.replace("STUDY", found.path),
+        )
+    return _coverage(part, frame) if name == "coverage" else _flat(name, part.title, frame)
+
+
+def sheets(found: Findings) -> list[Sheet]:
+    """Return every table that a study holds, the summary first.
+
+    Raises
+    ------
+    FileError
+        When the study holds no findings at all.
+    """
+    held = [name for name, part in PARTS.items() if part.table in found.tables]
+    if not held:
+        raise FileError(
+            "the study holds no findings yet",
+            found.path,
+            PARTS["coverage"].mend.replace("STUDY", found.path),
+        )
+    return [sheet(found, name) for name in TABLE_NAMES if name in held or name in ALWAYS]
+
+
+def _flat(name: str, title: str, frame: pd.DataFrame) -> Sheet:
+    columns = [str(column) for column in frame.columns]
+    rows = zip(*(frame[column].tolist() for column in frame.columns), strict=True)
+    return Sheet(
+        name,
+        title,
+        tuple(heading(column) for column in columns),
+        tuple(tuple(_cell(value) for value in row) for row in rows),
+    )
+
+
+def _cell(value: Any) -> Cell:
+    """Return a value as a cell: what is missing is empty, what is no number is text."""
+    import pandas as pd
+
+    if pd.isna(value):
+        return None
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, int | float):
+        return value
+    return str(value)
+
+
+_LEVEL_WORDS = ("none", "one", "two", "three or more")
+
+
+def _coverage(part: Part, frame: pd.DataFrame) -> Sheet:
+    """Return one row for each radius, the levels side by side as in the paper's Table IV."""
+    keys = [name for name in ("device_class", "radius_m", "origin", "anchors") if name in frame]
+    titles = [heading(name) for name in keys]
+    for level, words in enumerate(_LEVEL_WORDS):
+        titles.append(Heading(f"level_{level}_m2", f"Level {level}: {words} (m2)", 0))
+        titles.append(Heading(f"level_{level}_percent", f"Level {level}: {words} (%)", 2))
+    titles.append(Heading("covered_percent", "covered, Levels 1 to 3 (%)", 2))
+    rows = []
+    for values, group in frame.groupby(keys, dropna=False, sort=False):
+        areas = dict(zip(group["level"], group["area_m2"], strict=True))
+        shares = dict(zip(group["level"], group["fraction"], strict=True))
+        cells = [_cell(value) for value in values]
+        for level in range(len(_LEVEL_WORDS)):
+            cells += [areas.get(level), 100 * shares[level] if level in shares else None]
+        rows.append((*cells, 100 * sum(share for level, share in shares.items() if level > 0)))
+    return Sheet("coverage", part.title, tuple(titles), tuple(rows))
+
+
+def _summary(found: Findings) -> Sheet:
+    rows: list[tuple[Cell, ...]] = [
+        ("study", found.name, "", found.metadata.get("title")),
+        ("run", found.run_id, "", "first digits of the study's SHA-256"),
+        ("coordinate reference system", found.crs, "", None),
+    ]
+    if "synthetic" in found.metadata:
+        rows.append(("synthetic", found.metadata["synthetic"], "", "no measured data"))
+    if found.transit_area_m2 is not None:
+        rows.append(("transit area", found.transit_area_m2, "m2", "where cars drive"))
+    rows += [(f"rows of the layer {name}", count, "", None) for name, count in found.counts.items()]
+    rows += [*_covered(found), *_congested(found), *_improved(found), *_missing(found)]
+    titles = (
+        Heading("item", "item"),
+        Heading("value", "value"),
+        Heading("unit", "unit"),
+        Heading("note", "note"),
+    )
+    return Sheet("summary", f"Summary of {found.name}", titles, tuple(rows))
+
+
+def _covered(found: Findings) -> list[tuple[Cell, ...]]:
+    if "coverage_summary" not in found.tables:
+        return []
+    table = sheet(found, "coverage")
+    names = [title.name for title in table.headings]
+    rows: list[tuple[Cell, ...]] = []
+    for row in table.rows:
+        values = dict(zip(names, row, strict=True))
+        size = "each its own" if values["radius_m"] is None else f"{values['radius_m']:g} m"
+        size = f"{size}, {values['origin']} only" if values.get("origin") else size
+        note = f"Level 3 alone: {values['level_3_percent']:.2f} %"
+        rows.append((f"covered at radius {size}", values["covered_percent"], "%", note))
+    return rows
+
+
+def _congested(found: Findings) -> list[tuple[Cell, ...]]:
+    table = found.tables.get("occupancy_means")
+    if table is None:
+        return []
+    return [
+        (f"flagged street length, {group} {window}", _cell(percent), "%", f"mean of {count}")
+        for group, window, percent, count in zip(
+            table["group"], table["window"], table["percent"], table["count"], strict=True
+        )
+    ]
+
+
+def _improved(found: Findings) -> list[tuple[Cell, ...]]:
+    table = found.tables.get("improvements")
+    if table is None or not {"vehicle", "percent", "estimator"} <= set(table.columns):
+        return []
+    rows: list[tuple[Cell, ...]] = []
+    for record in table[table["vehicle"] == "all"].to_dict("records"):
+        named = [
+            f"{key} {value}" if isinstance(value, str) else f"{key} {value:g}"
+            for key, value in record.items()
+            if key in ("estimator", "preset", "sigma_range_m", "radius_m")
+            and _cell(value) is not None
+        ]
+        rows.append(("position error taken off", _cell(record["percent"]), "%", ", ".join(named)))
+    return rows
+
+
+def _missing(found: Findings) -> list[tuple[Cell, ...]]:
+    return [
+        (f"not in this study: {name.replace('_', ' ')}", None, "", f"made by: {part.mend}")
+        for name, part in PARTS.items()
+        if part.table not in found.tables
+    ]
+
+
+def _parameters(found: Findings) -> Sheet:
+    """Return the provenance of every verb that wrote into the study, one row for each fact."""
+    rows: list[tuple[Cell, ...]] = []
+    for key, text in sorted(found.metadata.items()):
+        verb = key.removeprefix("provenance ")
+        told = _json_object(text) if verb != key else None
+        if told is None:
+            rows.append(("study", "metadata", key, text))
+            continue
+        rows.append((verb, "command", "", " ".join(map(str, told.get("command", [])))))
+        rows += [
+            (verb, "input sha256", str(given.get("path")), str(given.get("sha256")))
+            for given in told.get("inputs", [])
+        ]
+        for kind in ("options", "seeds", "versions"):
+            rows += [
+                (verb, kind.removesuffix("s"), str(name), str(value))
+                for name, value in told.get(kind, {}).items()
+            ]
+    titles = tuple(Heading(name, name) for name in ("verb", "kind", "name", "value"))
+    return Sheet("parameters", "Parameters and provenance", titles, tuple(rows))
+
+
+def _json_object(text: str) -> dict[str, Any] | None:
+    try:
+        told = json.loads(text)
+    except ValueError:
+        return None
+    return told if isinstance(told, dict) else None
+
+
+def _dictionary(found: Findings) -> Sheet:
+    rows = [
+        (where, column, *meaning(column))
+        for where, columns in found.columns.items()
+        for column in columns
+    ]
+    names = ("layer or table", "column", "meaning", "unit")
+    titles = tuple(Heading(name.replace(" ", "_"), name) for name in names)
+    return Sheet("dictionary", "Data dictionary", titles, tuple(rows))
+
+
+_MADE: Mapping[str, Callable[[Findings], Sheet]] = {
+    "summary": _summary,
+    "parameters": _parameters,
+    "dictionary": _dictionary,
+}
