@@ -43,7 +43,7 @@ def convert(
     from covertool.gis.sources import write_transit
 
     layer = read_layer(source, "anchors", crs)
-    kinds = shapely.get_type_id(np.asarray(layer.frame.geometry.array, dtype=object))
+    kinds = shapely.get_type_id(layer.geometries)
     if np.isin(kinds, (3, 6)).any():
         transit = read_transit(source, crs=crs, dst_crs=dst_crs)
         write_transit(output, transit, overwrite=overwrite)

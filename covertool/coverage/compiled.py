@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+import importlib
 import logging
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
@@ -11,11 +13,32 @@ from pathlib import Path
 from typing import TypeVar, cast
 
 import numba
+import numba.np.linalg
 from numba.core import event
 
 Loop = TypeVar("Loop", bound=Callable[..., object])
 
 _logger = logging.getLogger(__name__)
+
+
+def _load_without_scipy() -> None:
+    """Load numba's array functions without scipy.linalg, which takes longer than they do.
+
+    numba imports it only to see that it is there, before anything is compiled; it asks again when
+    a loop really uses linear algebra, which none of ours does.
+    """
+    asks = getattr(numba.np.linalg, "ensure_blas", None)
+    if asks is None or "numba.np.arraymath" in sys.modules:
+        return
+    numba.np.linalg.ensure_blas = lambda: None
+    try:
+        arrays = importlib.import_module("numba.np.arraymath")
+    finally:
+        numba.np.linalg.ensure_blas = asks
+    arrays.ensure_blas = asks  # type: ignore[attr-defined]
+
+
+_load_without_scipy()
 
 
 def compiled(loop: Loop) -> Loop:

@@ -2,44 +2,59 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from covertool.dsrc import DEVICE_CLASSES
 from covertool.errors import ColumnError
-from covertool.gis import tables
+from covertool.gis.features import Column, present
 from covertool.gis.repair import Repairs
+from covertool.gis.tables import number
 from covertool.model import ORIGINS, Floats, Objects
 
-if TYPE_CHECKING:
-    import geopandas as gpd
-    import pandas as pd
+
+@dataclass(frozen=True)
+class Table:
+    """Columns of one length by name, and the file and layer that they come from."""
+
+    columns: Mapping[str, Column]
+    size: int
+    where: str
+
+    def column(self, name: str) -> Column | None:
+        """Return the column of a name in any case, or None.
+
+        Raises
+        ------
+        ColumnError
+            When two columns differ only in case.
+        """
+        found = [known for known in self.columns if known.lower() == name]
+        if len(found) > 1:
+            raise ColumnError(
+                f"columns {' and '.join(found)} differ only in case", name, "rename one"
+            )
+        return self.columns[found[0]] if found else None
 
 
-def column(frame: gpd.GeoDataFrame, name: str) -> str | None:
-    """Return the column of a name in any case, or None.
-
-    Raises
-    ------
-    ColumnError
-        When two columns differ only in case.
-    """
-    found = [str(known) for known in frame.columns if str(known).lower() == name]
-    if len(found) > 1:
-        raise ColumnError(f"columns {' and '.join(found)} differ only in case", name, "rename one")
-    return found[0] if found else None
-
-
-def ids(frame: gpd.GeoDataFrame, repairs: Repairs) -> Objects:
+def ids(table: Table, repairs: Repairs) -> Objects:
     """Return ids as text; numbered from 1 where missing, renumbered where not unique."""
-    name = column(frame, "id")
-    if name is None:
-        return np.array([str(i + 1) for i in range(len(frame))], dtype=object)
-    given = _as_text(frame[name])
-    missing = given.isna().to_numpy(dtype=bool)
-    bad = given.duplicated().to_numpy(dtype=bool) | missing
-    texts: Objects = given.to_numpy(dtype=object, na_value="")
+    given = table.column("id")
+    if given is None:
+        return np.array([str(i + 1) for i in range(table.size)], dtype=object)
+    there = present(given)
+    texts = np.full(table.size, "", dtype=object)
+    texts[there] = _as_text(given[there])
+    places: dict[str, int] = {}
+    for place, text in enumerate(texts):
+        places.setdefault(text, place)
+    bad = np.ones(table.size, dtype=bool)
+    bad[list(places.values())] = False
+    bad |= ~there
     repairs.note("repeated or missing ids numbered anew", int(bad.sum()))
     taken = set(texts[~bad])
     fresh = (str(n) for n in range(1, 2 * len(texts) + 1) if str(n) not in taken)
@@ -47,12 +62,12 @@ def ids(frame: gpd.GeoDataFrame, repairs: Repairs) -> Objects:
     return texts
 
 
-def _as_text(column: pd.Series) -> pd.Series:
-    whole = column.dtype.kind == "f" and bool((column.dropna() % 1 == 0).all())
-    return (column.astype("Int64") if whole else column).astype("string")
+def _as_text(values: Column) -> list[str]:
+    whole = values.dtype.kind == "f" and bool((values % 1 == 0).all())
+    return [str(int(value)) if whole else str(value) for value in values.tolist()]
 
 
-def floats(frame: gpd.GeoDataFrame, name: str, where: str) -> Floats:
+def floats(table: Table, name: str) -> Floats:
     """Return a column as floats, NaN where it is missing or empty.
 
     Raises
@@ -60,32 +75,40 @@ def floats(frame: gpd.GeoDataFrame, name: str, where: str) -> Floats:
     ColumnError
         When a cell holds text that is not a number.
     """
-    found = column(frame, name)
+    found = table.column(name)
     if found is None:
-        return np.full(len(frame), np.nan)
-    values = tables.numbers(frame[found]).to_numpy(dtype=float)
-    text = np.isnan(values) & ~frame[found].isna().to_numpy(dtype=bool)
+        return np.full(table.size, np.nan)
+    if found.dtype.kind in "fiub":
+        return found.astype(float)
+    there = present(found)
+    values = np.full(table.size, np.nan)
+    values[there] = [number(value) for value in found[there]]
+    text = np.isnan(values) & there
     if text.any():
-        worst = frame[found].to_numpy()[text][0]
-        raise ColumnError(f"{name} holds {worst!r}, which is not a number", where, "correct it")
+        worst = found[text][0]
+        raise ColumnError(
+            f"{name} holds {worst!r}, which is not a number", table.where, "correct it"
+        )
     return values
 
 
-def radii(frame: gpd.GeoDataFrame, where: str) -> Floats:
+def radii(table: Table) -> Floats:
     """Return ``radius_m``: above zero, or NaN where an anchor names none."""
-    values = floats(frame, "radius_m", where)
-    _require(values, (values > 0) & np.isfinite(values), "radius_m", "above zero", where)
+    values = floats(table, "radius_m")
+    _require(values, (values > 0) & np.isfinite(values), "radius_m", "above zero", table.where)
     return values
 
 
-def sigmas(frame: gpd.GeoDataFrame, where: str) -> Floats:
+def sigmas(table: Table) -> Floats:
     """Return ``sigma_m``: zero or more, or NaN where it is not known."""
-    values = floats(frame, "sigma_m", where)
-    _require(values, (values >= 0) & np.isfinite(values), "sigma_m", "zero or more", where)
+    values = floats(table, "sigma_m")
+    _require(values, (values >= 0) & np.isfinite(values), "sigma_m", "zero or more", table.where)
     return values
 
 
-def _require(values: Floats, good: np.ndarray, name: str, range_: str, where: str) -> None:
+def _require(
+    values: Floats, good: npt.NDArray[np.bool_], name: str, range_: str, where: str
+) -> None:
     bad = ~good & ~np.isnan(values)
     if bad.any():
         raise ColumnError(
@@ -95,9 +118,7 @@ def _require(values: Floats, good: np.ndarray, name: str, range_: str, where: st
         )
 
 
-def choices(
-    frame: gpd.GeoDataFrame, name: str, known: tuple[str, ...], default: str | None, where: str
-) -> Objects:
+def choices(table: Table, name: str, known: tuple[str, ...], default: str | None) -> Objects:
     """Return a column of named choices, in any case, with a default where the cell is empty.
 
     Raises
@@ -105,46 +126,42 @@ def choices(
     ColumnError
         When a cell holds none of the choices.
     """
-    found = column(frame, name)
-    values = np.full(len(frame), default, dtype=object)
+    found = table.column(name)
+    values = np.full(table.size, default, dtype=object)
     if found is None:
         return values
-    given = frame[found].astype("string").str.strip()
-    there = given.fillna("").ne("").to_numpy(dtype=bool)
-    lookup = {choice.lower(): choice for choice in known}
-    chosen = given[there].str.lower().map(lookup)
-    if chosen.isna().any():
-        worst = given[there][chosen.isna()].iloc[0]
-        raise ColumnError(f"{name} holds {worst!r}", where, f"use one of: {', '.join(known)}")
-    values[there] = chosen.to_numpy(dtype=object)
+    lookup: dict[str, Any] = {choice.lower(): choice for choice in known} | {"": default}
+    texts = [str(value).strip() for value in found[present(found)]]
+    wrong = next((text for text in texts if text.lower() not in lookup), None)
+    if wrong is not None:
+        raise ColumnError(f"{name} holds {wrong!r}", table.where, f"use one of: {', '.join(known)}")
+    values[present(found)] = [lookup[text.lower()] for text in texts]
     return values
 
 
-def device_classes(frame: gpd.GeoDataFrame, where: str) -> Objects:
+def device_classes(table: Table) -> Objects:
     """Return ``device_class``: A, B, C, D, or None."""
-    return choices(frame, "device_class", tuple(DEVICE_CLASSES), None, where)
+    return choices(table, "device_class", tuple(DEVICE_CLASSES), None)
 
 
-def origins(frame: gpd.GeoDataFrame, where: str) -> Objects:
+def origins(table: Table) -> Objects:
     """Return ``origin``: parked, queue or rsu; parked where none is given."""
-    return choices(frame, "origin", ORIGINS, "parked", where)
+    return choices(table, "origin", ORIGINS, "parked")
 
 
-def texts(frame: gpd.GeoDataFrame, name: str) -> Objects:
+def texts(table: Table, name: str) -> Objects:
     """Return a column of text with None where there is nothing."""
-    found = column(frame, name)
-    values = np.full(len(frame), None, dtype=object)
+    found = table.column(name)
+    values = np.full(table.size, None, dtype=object)
     if found is not None:
-        there = frame[found].notna().to_numpy(dtype=bool)
-        values[there] = frame[found][there].astype(str).to_numpy(dtype=object)
+        values[present(found)] = [str(value) for value in found[present(found)]]
     return values
 
 
-def flags(frame: gpd.GeoDataFrame, name: str) -> Objects:
+def flags(table: Table, name: str) -> Objects:
     """Return a column of True, False and None."""
-    found = column(frame, name)
-    values = np.full(len(frame), None, dtype=object)
+    found = table.column(name)
+    values = np.full(table.size, None, dtype=object)
     if found is not None:
-        there = frame[found].notna().to_numpy(dtype=bool)
-        values[there] = [bool(value) for value in frame[found][there]]
+        values[present(found)] = [bool(value) for value in found[present(found)]]
     return values

@@ -9,11 +9,12 @@ import tempfile
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 from pyproj import CRS
 
@@ -21,6 +22,7 @@ from covertool import crs as crs_door
 from covertool.errors import CrsError, FileError, GeometryError
 from covertool.gis import guard, tables
 from covertool.gis.columns import SHORT_NAMES
+from covertool.gis.features import Column, Features, feature_layers, read_features
 from covertool.gis.formats import (
     CSV,
     GEOJSON,
@@ -30,6 +32,7 @@ from covertool.gis.formats import (
     VECTOR_FORMATS,
     Format,
 )
+from covertool.model import Objects
 
 if TYPE_CHECKING:
     import geopandas as gpd
@@ -39,11 +42,42 @@ _LOG = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Layer:
-    """The rows of one layer as they lie in the file, with their CRS settled."""
+    """The rows of one layer as they lie in the file, with their CRS settled.
 
-    frame: gpd.GeoDataFrame
+    Attributes
+    ----------
+    columns : (N,) values by name; None or NaN where a cell is empty
+    geometries : (N,) shapely geometries, or None
+    crs : as the file names it, else as the user does
+    where : the file and layer, for messages
+    """
+
+    columns: dict[str, Column]
+    geometries: Objects
     crs: CRS
     where: str
+
+    def __len__(self) -> int:
+        return len(self.geometries)
+
+    def rows(self, rows: npt.NDArray[np.bool_ | np.integer[Any]]) -> dict[str, Column]:
+        """Return the columns of some rows, named by number or by True."""
+        return {name: values[rows] for name, values in self.columns.items()}
+
+    @property
+    def frame(self) -> gpd.GeoDataFrame:
+        """The layer as a data frame."""
+        return geo_frame(self.columns, self.geometries, self.crs)
+
+
+def geo_frame(columns: dict[str, Column], geometries: Objects, crs: CRS) -> gpd.GeoDataFrame:
+    """Return columns and geometries as a data frame, moments and texts in their own types."""
+    import geopandas as gpd
+
+    named = {name: values for name, values in columns.items() if name != "geometry"}
+    frame = gpd.GeoDataFrame(named, geometry=list(geometries), crs=crs)
+    texts = [name for name in named if frame[name].dtype == object]
+    return frame.assign(**{name: frame[name].infer_objects() for name in texts})
 
 
 def read_layer(spec: str | Path, default: str | None, crs: str | CRS | None = None) -> Layer:
@@ -68,17 +102,20 @@ def read_layer(spec: str | Path, default: str | None, crs: str | CRS | None = No
     assigned = crs_door.parse(crs) if crs is not None else None
     where = str(path)
     if known is CSV:
-        frame = tables.read_points(path, assigned)
+        read = _of_frame(tables.read_points(path, assigned))
     elif known is GEOPARQUET:
-        frame = _read_parquet(path, assigned)
+        read = _of_frame(_read_parquet(path, assigned))
     else:
         with readable(path, known) as opened:
             layer = choose_layer(path, geometry_layers(opened, path), wanted, default)
-            frame = _read_ogr(opened, path, layer)
-        if known is SHAPEFILE:
-            frame = frame.rename(columns={short: name for name, short in SHORT_NAMES.items()})
-        where = f"{path}:{layer}" if known.layers else where
-    return Layer(frame, _settle_crs(frame, known, assigned, where), where)
+            where = f"{path}:{layer}" if known.layers else where
+            read = (_read_geopackage if known is GEOPACKAGE else _read_ogr)(opened, path, layer)
+    columns = read.columns
+    if known is SHAPEFILE:
+        full = {short: name for name, short in SHORT_NAMES.items()}
+        columns = {full.get(name, name): values for name, values in columns.items()}
+    crs_ = _settle_crs(read, known, assigned, where)
+    return Layer(columns, read.geometries, crs_, where)
 
 
 def choose_layer(path: Path, names: list[str], wanted: str | None, default: str | None) -> str:
@@ -104,6 +141,11 @@ def choose_layer(path: Path, names: list[str], wanted: str | None, default: str 
 
 def geometry_layers(opened: Path, path: Path) -> list[str]:
     """Return the names of the layers that hold geometry."""
+    if path.suffix.lower() in GEOPACKAGE.suffixes:
+        try:
+            return feature_layers(opened)
+        except sqlite3.Error as error:
+            raise _unreadable(path, error) from None
     import pyogrio
 
     try:
@@ -181,7 +223,18 @@ def _require_unlocked(path: Path) -> None:
         raise _unreadable(path, error) from None
 
 
-def _read_ogr(opened: Path, path: Path, layer: str) -> gpd.GeoDataFrame:
+def _read_geopackage(opened: Path, path: Path, layer: str) -> Features:
+    try:
+        features = read_features(opened, layer)
+    except (sqlite3.Error, UnicodeError) as error:
+        raise _unreadable(path, error) from None
+    if features.straight:
+        return features
+    # GDAL draws curves as chords, and drops what cannot be read.
+    return replace(features, geometries=_read_ogr(opened, path, layer).geometries)
+
+
+def _read_ogr(opened: Path, path: Path, layer: str) -> Features:
     import geopandas as gpd
     import pyogrio
 
@@ -198,7 +251,18 @@ def _read_ogr(opened: Path, path: Path, layer: str) -> gpd.GeoDataFrame:
         raise _unreadable(path, error) from None
     if not isinstance(frame, gpd.GeoDataFrame):
         raise GeometryError("the layer holds no geometry", f"{path}:{layer}", "name another layer")
-    return frame
+    return _of_frame(frame)
+
+
+def _of_frame(frame: gpd.GeoDataFrame) -> Features:
+    """Return a data frame as columns, with None or NaN where a cell is empty."""
+    columns: dict[str, Column] = {}
+    for name in frame.columns.drop(frame.geometry.name):
+        plain = isinstance(frame[name].dtype, np.dtype)
+        told: dict[str, Any] = {} if plain else {"dtype": object, "na_value": None}
+        columns[str(name)] = frame[name].to_numpy(**told)
+    shapes = np.asarray(frame.geometry.array, dtype=object)
+    return Features(columns, shapes, frame.crs, straight=True)
 
 
 def _read_parquet(path: Path, assigned: CRS | None) -> gpd.GeoDataFrame:
@@ -226,15 +290,15 @@ def _unreadable(path: Path, error: Exception) -> FileError:
     )
 
 
-def _settle_crs(frame: gpd.GeoDataFrame, known: Format, assigned: CRS | None, where: str) -> CRS:
-    found = _named_crs(frame)
+def _settle_crs(read: Features, known: Format, assigned: CRS | None, where: str) -> CRS:
+    found = _named_crs(read.crs)
     if found is None:
         if assigned is None:
             raise CrsError("the layer names no CRS", where, "add --crs EPSG:CODE of its numbers")
         return assigned
     if assigned is None or found.equals(assigned, ignore_axis_order=True):
         return found
-    if known is GEOJSON and found == crs_door.WGS84 and not _looks_like_degrees(frame):
+    if known is GEOJSON and found == crs_door.WGS84 and not _looks_like_degrees(read.geometries):
         _LOG.warning(
             "warning: %s: its numbers are not the WGS 84 degrees of RFC 7946; read as %s",
             where,
@@ -248,13 +312,13 @@ def _settle_crs(frame: gpd.GeoDataFrame, known: Format, assigned: CRS | None, wh
     )
 
 
-def _named_crs(frame: gpd.GeoDataFrame) -> CRS | None:
-    if frame.crs is None or frame.crs.name.lower().startswith("undefined"):
+def _named_crs(crs: CRS | None) -> CRS | None:
+    if crs is None or crs.name.lower().startswith("undefined"):
         return None
-    found = CRS.from_user_input(frame.crs)
+    found = CRS.from_user_input(crs)
     return crs_door.IMAGE_PLANE if crs_door.is_image_plane(found) else found
 
 
-def _looks_like_degrees(frame: gpd.GeoDataFrame) -> bool:
-    bounds = np.abs(frame.total_bounds)
+def _looks_like_degrees(geometries: Objects) -> bool:
+    bounds = np.abs(shapely.total_bounds(geometries))
     return bool(np.nanmax(bounds[[0, 2]]) <= 360 and np.nanmax(bounds[[1, 3]]) <= 90)

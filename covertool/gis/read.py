@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import shapely
+from pyproj import CRS
 
 from covertool import crs as crs_door
 from covertool.errors import FileError, GeometryError
 from covertool.gis import attributes, guard, repair, tables, target
 from covertool.gis.formats import GEOPACKAGE
-from covertool.gis.layers import Layer, geometry_layers, read_layer, readable
+from covertool.gis.layers import Layer, geo_frame, geometry_layers, read_layer, readable
 from covertool.gis.repair import Repairs
 from covertool.gis.target import AnyCrs
 from covertool.gis.vehicles import read_vehicles
@@ -53,17 +54,17 @@ def read_anchors(spec: str | Path, *, crs: AnyCrs = None, dst_crs: AnyCrs = None
     x_m, y_m = crs_door.transform(x, y, layer.crs, working)
     keep = np.isfinite(x_m) & np.isfinite(y_m)
     repairs.note(f"points that {crs_door.name(working)} cannot hold dropped", int((~keep).sum()))
-    _require_some(len(layer.frame), int(keep.sum()), repairs)
-    frame = layer.frame.iloc[rows[keep]]
-    tables.warn_of_near_misses([str(name) for name in frame.columns], layer.where)
+    _require_some(len(layer), int(keep.sum()), repairs)
+    table = attributes.Table(layer.rows(rows[keep]), int(keep.sum()), layer.where)
+    tables.warn_of_near_misses(list(layer.columns), layer.where)
     anchors = Anchors(
-        id=attributes.ids(frame, repairs),
+        id=attributes.ids(table, repairs),
         x_m=x_m[keep],
         y_m=y_m[keep],
-        radius_m=attributes.radii(frame, layer.where),
-        device_class=attributes.device_classes(frame, layer.where),
-        sigma_m=attributes.sigmas(frame, layer.where),
-        origin=attributes.origins(frame, layer.where),
+        radius_m=attributes.radii(table),
+        device_class=attributes.device_classes(table),
+        sigma_m=attributes.sigmas(table),
+        origin=attributes.origins(table),
         crs=working,
     )
     repairs.tell()
@@ -81,8 +82,8 @@ def read_transit(spec: str | Path, *, crs: AnyCrs = None, dst_crs: AnyCrs = None
         When the input cannot be used or holds no area.
     """
     layer = read_layer(spec, "transit", crs)
-    frame = _polygon_frame(layer, dst_crs)
-    return TransitArea(repair.unite(np.asarray(frame.geometry.array), layer.where), frame.crs)
+    _, found, working = _polygons(layer, dst_crs)
+    return TransitArea(repair.unite(found, layer.where), working)
 
 
 def read_polygons(
@@ -92,7 +93,9 @@ def read_polygons(
 
     Parameters are those of `read_anchors`; without a layer name the only layer is read.
     """
-    return _polygon_frame(read_layer(spec, None, crs), dst_crs)
+    layer = read_layer(spec, None, crs)
+    rows, found, working = _polygons(layer, dst_crs)
+    return geo_frame(layer.rows(rows), found, working)
 
 
 def read_study(path: str | Path, *, dst_crs: AnyCrs = None) -> Study:
@@ -136,7 +139,7 @@ def warn_when_apart(anchors: Anchors, transit: TransitArea, where: str) -> None:
 
 def _places(layer: Layer, repairs: Repairs) -> tuple[Any, Floats, Floats]:
     """Return for each usable place its row in the layer and its coordinates."""
-    geometries: Objects = np.asarray(layer.frame.geometry.array, dtype=object).copy()
+    geometries: Objects = layer.geometries.copy()
     rows = np.flatnonzero(repair.usable(geometries, repairs))
     rows = rows[repair.within_degrees(geometries[rows], layer.crs, repairs)]
     kinds = shapely.get_type_id(geometries[rows])
@@ -146,27 +149,27 @@ def _places(layer: Layer, repairs: Repairs) -> tuple[Any, Floats, Floats]:
     other = ~polygon & ~np.isin(kinds, repair.POINTS)
     repairs.note("geometries that are neither points nor polygons dropped", int(other.sum()))
     rows = rows[~other]
-    _require_some(len(layer.frame), rows.size, repairs)
+    _require_some(len(layer), rows.size, repairs)
     xy, owner = shapely.get_coordinates(geometries[rows], return_index=True)
     return rows[owner], xy[:, 0], xy[:, 1]
 
 
-def _polygon_frame(layer: Layer, dst_crs: AnyCrs) -> gpd.GeoDataFrame:
+def _polygons(layer: Layer, dst_crs: AnyCrs) -> tuple[Any, Objects, CRS]:
+    """Return for each usable row of polygons its number and its shape, and the working CRS."""
     repairs = Repairs(layer.where)
-    geometries: Objects = np.asarray(layer.frame.geometry.array, dtype=object)
+    geometries = layer.geometries
     rows = np.flatnonzero(repair.usable(geometries, repairs))
     rows = rows[repair.within_degrees(geometries[rows], layer.crs, repairs)]
     found = repair.polygons(geometries[rows], repairs)
     keep = ~shapely.is_missing(found)
     rows, found = rows[keep], found[keep]
-    _require_some(len(layer.frame), rows.size, repairs)
+    _require_some(len(layer), rows.size, repairs)
     working = target.pick(found, layer.crs, dst_crs, layer.where)
     moved = crs_door.transform_geometries(found, layer.crs, working)
     good = repair.usable(moved, repairs)
     moved = repair.polygons(moved[good], repairs)
     repairs.tell()
-    frame = layer.frame.iloc[rows[good]].reset_index(drop=True)
-    return frame.set_geometry(list(moved), crs=None).set_crs(working, allow_override=True)
+    return rows[good], moved, working
 
 
 def _require_some(given: int, kept: int, repairs: Repairs) -> None:

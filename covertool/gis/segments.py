@@ -12,7 +12,7 @@ from pyproj import CRS
 
 from covertool import crs as crs_door
 from covertool.errors import GeometryError
-from covertool.gis.layers import read_layer
+from covertool.gis.layers import geo_frame, read_layer
 
 if TYPE_CHECKING:
     import geopandas as gpd
@@ -42,7 +42,7 @@ def read_segments(
         When the input cannot be used or holds no line.
     """
     layer = read_layer(spec, "segments", crs)
-    lines = np.asarray(layer.frame.geometry.array, dtype=object)
+    lines = layer.geometries
     good = np.isin(shapely.get_type_id(lines), _LINES) & ~shapely.is_empty(lines)
     good &= np.isfinite(shapely.length(lines))
     if not good.any():
@@ -54,5 +54,4 @@ def read_segments(
         crs_door.parse(dst_crs) if dst_crs else crs_door.working_crs(layer.crs, (x0, y0, x1, y1))
     )
     moved = crs_door.transform_geometries(shapely.force_2d(lines[good]), layer.crs, target)
-    frame = layer.frame[good].reset_index(drop=True)
-    return frame.set_geometry(list(moved), crs=None).set_crs(target, allow_override=True)
+    return geo_frame(layer.rows(good), moved, target)

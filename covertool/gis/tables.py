@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import difflib
 import logging
+import math
 import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
 import shapely
 from pyproj import CRS
 
 from covertool import crs as crs_door
 from covertool.errors import ColumnError, CrsError, FileError
+from covertool.model import Floats
 
 if TYPE_CHECKING:
     import geopandas as gpd
@@ -50,19 +53,28 @@ def to_points(table: pd.DataFrame, where: str, crs: CRS | None) -> gpd.GeoDataFr
 
     table.columns = [str(column).strip() for column in table.columns]
     x_name, y_name, found = _coordinate_columns(list(table.columns), where, crs)
-    x, y = numbers(table[x_name]), numbers(table[y_name])
+    x, y = _numbers(table[x_name]), _numbers(table[y_name])
     rest = table.drop(columns=[x_name, y_name]).rename(columns=_known_spelling)
     return gpd.GeoDataFrame(rest, geometry=shapely.points(x, y), crs=found)
 
 
-def numbers(column: pd.Series) -> pd.Series:
-    """Return a column as floats; a decimal comma is understood, other text becomes NaN."""
-    import pandas as pd
+def number(cell: object) -> float:
+    """Return a cell as a number; a decimal comma is understood, other text becomes NaN.
 
-    if pd.api.types.is_numeric_dtype(column):
-        return column.astype(float)
-    text = column.astype("string").str.strip().str.replace(",", ".", regex=False)
-    return pd.to_numeric(text, errors="coerce").astype(float)
+    >>> number(" 1,5 "), number("wide")
+    (1.5, nan)
+    """
+    try:
+        return float(str(cell).strip().replace(",", "."))
+    except ValueError:
+        return math.nan
+
+
+def _numbers(column: pd.Series) -> Floats:
+    """Return a column as floats, NaN where a cell holds none."""
+    if column.dtype.kind in "fiu":
+        return column.to_numpy(dtype=float)
+    return np.array([number(cell) for cell in column], dtype=float)
 
 
 def _known_spelling(column: str) -> str:

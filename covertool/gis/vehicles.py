@@ -12,7 +12,7 @@ from covertool import crs as crs_door
 from covertool.gis import attributes, repair, target
 from covertool.gis.layers import read_layer
 from covertool.gis.repair import Repairs
-from covertool.model import SITES, Floats, Objects, Vehicles
+from covertool.model import SITES, Floats, Vehicles
 
 
 def read_vehicles(spec: str | Path, *, dst_crs: target.AnyCrs = None) -> Vehicles:
@@ -27,26 +27,26 @@ def read_vehicles(spec: str | Path, *, dst_crs: target.AnyCrs = None) -> Vehicle
     """
     layer = read_layer(spec, "vehicles")
     repairs = Repairs(layer.where)
-    geometries: Objects = np.asarray(layer.frame.geometry.array, dtype=object)
-    good = np.flatnonzero(repair.usable(geometries, repairs))
-    frame, centres = layer.frame.iloc[good], shapely.centroid(geometries[good])
+    good = np.flatnonzero(repair.usable(layer.geometries, repairs))
+    table = attributes.Table(layer.rows(good), good.size, layer.where)
+    centres = shapely.centroid(layer.geometries[good])
     crs = target.pick(centres, layer.crs, dst_crs, layer.where)
     x, y = shapely.get_x(centres), shapely.get_y(centres)
     x_m, y_m = crs_door.transform(x, y, layer.crs, crs)
-    heading = attributes.floats(frame, "heading_deg", layer.where)
+    heading = attributes.floats(table, "heading_deg")
     vehicles = Vehicles(
-        id=attributes.ids(frame, repairs),
+        id=attributes.ids(table, repairs),
         x_m=x_m,
         y_m=y_m,
         heading_deg=_turned(x, y, heading, layer.crs, crs),
-        length_m=attributes.floats(frame, "length_m", layer.where),
-        width_m=attributes.floats(frame, "width_m", layer.where),
-        score=attributes.floats(frame, "score", layer.where),
-        site=attributes.choices(frame, "site", SITES, None, layer.where),
-        parked=attributes.flags(frame, "parked"),
-        image=attributes.texts(frame, "image"),
-        image_x_px=attributes.floats(frame, "image_x_px", layer.where),
-        image_y_px=attributes.floats(frame, "image_y_px", layer.where),
+        length_m=attributes.floats(table, "length_m"),
+        width_m=attributes.floats(table, "width_m"),
+        score=attributes.floats(table, "score"),
+        site=attributes.choices(table, "site", SITES, None),
+        parked=attributes.flags(table, "parked"),
+        image=attributes.texts(table, "image"),
+        image_x_px=attributes.floats(table, "image_x_px"),
+        image_y_px=attributes.floats(table, "image_y_px"),
         crs=crs,
     )
     repairs.tell()
