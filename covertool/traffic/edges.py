@@ -28,7 +28,7 @@ class Edge:
     name : the street's name; empty when the net names none
     length_m : along the lane
     speed_limit : metres per second
-    lanes : number of lanes that passenger cars may use
+    lanes : numbers of the lanes that passenger cars may use; the first is at the kerb
     shape : (M, 2) middle line of the lanes for cars, in the network's CRS
     """
 
@@ -39,7 +39,7 @@ class Edge:
     name: str
     length_m: float
     speed_limit: float
-    lanes: int
+    lanes: tuple[int, ...]
     shape: Floats
 
 
@@ -86,7 +86,8 @@ class Network:
         import geopandas as gpd
 
         all_edges = list(self.edges.values())
-        names = ("id", "kind", "name", "length_m", "speed_limit", "lanes")
+        names = ("id", "kind", "name", "length_m", "speed_limit")
         columns = {name: [getattr(edge, name) for edge in all_edges] for name in names}
+        columns["lanes"] = [len(edge.lanes) for edge in all_edges]
         lines = [shapely.LineString(edge.shape) for edge in all_edges]
         return gpd.GeoDataFrame(columns, geometry=lines, crs=self.crs)

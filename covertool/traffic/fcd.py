@@ -40,7 +40,7 @@ class FcdRows(Table):
     x, y : front bumper in coordinates of the net
     angle : heading in degrees, clockwise from the north of the net
     speed : metres per second
-    lane : the lane's id; empty where the file names none
+    lane, kind : ids of the lane and of the vehicle's type; empty where the file names none
     """
 
     time_s: Floats
@@ -50,6 +50,7 @@ class FcdRows(Table):
     angle: Floats
     speed: Floats
     lane: Objects
+    kind: Objects
 
 
 def read_rows(path: str | Path) -> FcdRows:
@@ -101,14 +102,14 @@ def _from_parquet(stream: BinaryIO, where: str) -> pd.DataFrame:
 def _from_xml(stream: BinaryIO, where: str) -> pd.DataFrame:
     import pandas as pd
 
-    names = (*_COLUMNS[1:], "lane")
+    names = (*_COLUMNS[1:], "lane", "type")
     found: list[tuple[str | None, ...]] = []
     for car in elements(stream, {"vehicle"}, where):
         step = car.getparent()
         time = step.get("time") if step is not None else None
         found.append((time, *(car.get(name) for name in names)))
     frame = pd.DataFrame(found, columns=["time", *names])
-    return frame.drop(columns="lane") if frame["lane"].isna().all() else frame
+    return frame.dropna(axis="columns", how="all") if len(frame) else frame
 
 
 def _rows(frame: pd.DataFrame, where: str) -> FcdRows:
@@ -122,14 +123,21 @@ def _rows(frame: pd.DataFrame, where: str) -> FcdRows:
             "record with --fcd-output.attributes x,y,angle,speed,lane",
         )
     frame = frame[_is_car(frame)]
-    numbers = {name: _numbers(frame, name, where) for name in ("x", "y", "angle", "speed")}
-    lane = frame["lane"].to_numpy(dtype=object) if "lane" in frame else np.full(len(frame), "")
     return FcdRows(
         time_s=_seconds(frame["time"].to_numpy(dtype=object), where),
         vehicle=np.array([str(name) for name in frame["id"]], dtype=object),
-        lane=lane.astype(object),
-        **numbers,
+        x=_numbers(frame, "x", where),
+        y=_numbers(frame, "y", where),
+        angle=_numbers(frame, "angle", where),
+        speed=_numbers(frame, "speed", where),
+        lane=_texts(frame, "lane"),
+        kind=_texts(frame, "type"),
     )
+
+
+def _texts(frame: pd.DataFrame, name: str) -> Objects:
+    values = frame[name].to_numpy(dtype=object) if name in frame else np.full(len(frame), "")
+    return values.astype(object)
 
 
 def _plain(name: str) -> str:
@@ -167,7 +175,7 @@ def _seconds(values: Objects, where: str) -> Floats:
     """Return times in seconds, also those that SUMO wrote as [days:]hours:minutes:seconds."""
     try:
         if any(isinstance(value, str) and ":" in value for value in values[:1]):
-            return np.array([_clock(str(value)) for value in values])
+            return np.array([clock_s(str(value)) for value in values])
         return values.astype(float)
     except (ValueError, TypeError):
         raise ColumnError(
@@ -175,7 +183,12 @@ def _seconds(values: Objects, where: str) -> Floats:
         ) from None
 
 
-def _clock(text: str) -> float:
+def clock_s(text: str) -> float:
+    """Return the seconds of a time that SUMO wrote as [days:]hours:minutes:seconds.
+
+    >>> clock_s("1:00:01:30")
+    86490.0
+    """
     found = _CLOCK.match(text)
     if found is None:
         raise ValueError(text)

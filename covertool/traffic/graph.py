@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +13,9 @@ from covertool.traffic.edges import Network
 
 U_TURN_S = 30.0
 """What a U-turn costs a route, so that cars only turn where they must."""
+
+_CELLS_A_BLOCK = 4_000_000
+"""How many costs are held at once."""
 
 Indices = npt.NDArray[np.int64]
 
@@ -61,12 +64,25 @@ class StreetGraph:
 
     def routes(self, pairs: Sequence[tuple[int, int]]) -> list[tuple[int, ...]]:
         """Return the fastest route of each pair of edges, both included; empty when none."""
+        goals: dict[int, set[int]] = {}
+        for origin, goal in pairs:
+            goals.setdefault(origin, set()).add(goal)
+        found = {
+            (origin, goal): self._walk(before, origin, goal)
+            for origin, _, before in self._trees(sorted(goals))
+            for goal in goals[origin]
+        }
+        return [found[pair] for pair in pairs]
+
+    def _trees(self, origins: Sequence[int]) -> Iterator[tuple[int, Floats, npt.NDArray[np.int32]]]:
+        """Yield each origin with the costs to all edges and the edge before each on the way."""
         from scipy.sparse.csgraph import dijkstra
 
-        origins = sorted({origin for origin, _ in pairs})
-        row = {origin: k for k, origin in enumerate(origins)}
-        _, before = dijkstra(self._matrix(), indices=origins, return_predecessors=True)
-        return [self._walk(before[row[origin]], origin, goal) for origin, goal in pairs]
+        matrix, size = self._matrix(), max(_CELLS_A_BLOCK // len(self.names), 1)
+        for first in range(0, len(origins), size):
+            block = list(origins[first : first + size])
+            cost_s, before = dijkstra(matrix, indices=block, return_predecessors=True)
+            yield from zip(block, cost_s, before, strict=True)
 
     @staticmethod
     def _walk(before: npt.NDArray[np.int32], origin: int, goal: int) -> tuple[int, ...]:
@@ -85,6 +101,25 @@ class StreetGraph:
         _, label = connected_components(self._matrix(), connection="strong")
         lengths_m = np.bincount(label, weights=self.length_m)
         return np.flatnonzero(label == int(np.argmax(lengths_m))).astype(np.int64)
+
+    def without_u_turns(self) -> StreetGraph:
+        """Return the same edges with all turns but the U-turns."""
+        kept = ~self.u_turn
+        return replace(
+            self,
+            start=self.start[kept],
+            end=self.end[kept],
+            cost_s=self.cost_s[kept],
+            u_turn=self.u_turn[kept],
+        )
+
+    def rings(self, edges: Iterable[int]) -> Iterator[tuple[int, ...]]:
+        """Yield for each edge the fastest way back to it, if there is one."""
+        for origin, cost_s, before in self._trees(list(edges)):
+            last = self.start[self.end == origin]
+            reached = last[np.isfinite(cost_s[last])]
+            if reached.size:
+                yield self._walk(before, origin, int(reached[np.argmin(cost_s[reached])]))
 
     def _matrix(self) -> object:
         from scipy.sparse import csr_matrix

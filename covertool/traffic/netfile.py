@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -136,10 +137,10 @@ class _RawEdge:
             from_junction=self.attributes.get("from", ""),
             to_junction=self.attributes.get("to", ""),
             kind=self.attributes.get("type", ""),
-            name=self.attributes.get("name", ""),
+            name=html.unescape(self.attributes.get("name", "")),  # netconvert escapes names twice
             length_m=float(lanes[0]["length"]),
             speed_limit=max(float(lane["speed"]) for lane in lanes),
-            lanes=len(lanes),
+            lanes=tuple(int(index) for index in self.lanes),
             shape=np.column_stack(projection.to_crs(self.shape[:, 0], self.shape[:, 1])),
         )
 
@@ -153,8 +154,8 @@ def _raw_edge(element: Element, where: str) -> _RawEdge:
     name = element.get("id", "")
     try:
         shapes = [_shape(lane["shape"]) for lane in lanes.values()]
-        for lane in lanes.values():
-            float(lane["length"]), float(lane["speed"])
+        for index, lane in lanes.items():
+            int(index), float(lane["length"]), float(lane["speed"])
     except (KeyError, ValueError):
         raise FileError(
             f"a lane of edge {name!r} has no usable shape, length or speed",
