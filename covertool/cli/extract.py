@@ -23,7 +23,12 @@ if TYPE_CHECKING:
     from covertool.model import RasterSource, TransitArea
     from covertool.spread import Ledger
 
-Images = Annotated[list[Path], typer.Argument(metavar="IMAGE...", help="Top views from above.")]
+Images = Annotated[
+    list[Path],
+    typer.Argument(
+        metavar="IMAGE...", help="Top views from above; a VRT, or a .txt with one path a line."
+    ),
+]
 MaskFile = Annotated[
     Path | None, typer.Option("--mask", metavar="MASK", help="Carriageway: 1 or 255 in a raster.")
 ]
@@ -105,15 +110,19 @@ def extract(
       covertool extract photo.tif --mask roads.tif -o town.gpkg
       covertool extract photo.png --gsd 0.125 --mask roads.png -o town.gpkg --preview seen.png
       covertool extract tiles/*.tif --osm town.osm.pbf -o town.gpkg --workers 4 --resume windows
+      covertool extract tiles.vrt --mask roads.tif -o town.gpkg
 
     \b
     A car whose centre lies inside the transit area is driving, others are parked. Where the
     transit area holds the parking lanes too, add --parked-inside 1.3.
     """
     started = time.perf_counter()
-    _require_sense(images, mask, osm, output, into, score, preview, as_json)
-    _require_free(output, overwrite, images)
-    rasters = _opened(images, gsd, crs, parsed_origin(origin))
+    _require_sense(mask, osm, output, into, score, preview, as_json)
+    files = _files(images)
+    _require_one(files, score)
+    _require_free(output, overwrite, files)
+    rasters = _opened(files, gsd, crs, parsed_origin(origin))
+    whole = None if preview is None else _one_picture(rasters, preview, overwrite)
     area, parking = _town(mask, osm, lots, rasters, gsd, crs, parsed_origin(origin))
     chosen = _detector(detector, model, model_gsd, tta)
     from covertool.extract.sites import ParkedRule
@@ -130,7 +139,7 @@ def extract(
             force=force,
             workers=workers,
             scheduler=scheduler,
-            ledger=_ledger(resume, images, chosen, threshold, gsd),
+            ledger=_ledger(resume, files, chosen, [threshold, gsd, crs, origin]),
             on_windows=lambda steps, total: advance(steps / total),
         )
     if area is None:
@@ -139,9 +148,9 @@ def extract(
             "and the layer anchors holds all of them"
         )
     scored = _scored(score, found, rasters)
-    if preview is not None:
-        _draw(preview, found, rasters, area, overwrite)
-    inputs = [path for path in (*images, mask, osm, score) if path is not None]
+    if preview is not None and whole is not None:
+        _draw(preview, found, whole, area, overwrite)
+    inputs = [path for path in (*files, mask, osm, score) if path is not None]
     whence = _write(found, area, output, into, overwrite, inputs)
     _report(found, area, scored, whence, time.perf_counter() - started, as_json)
     for path in (output, into):
@@ -150,7 +159,6 @@ def extract(
 
 
 def _require_sense(
-    images: list[Path],
     mask: Path | None,
     osm: Path | None,
     output: Path | None,
@@ -163,10 +171,18 @@ def _require_sense(
         raise typer.BadParameter("give a mask or an OSM extract, not both", param_hint="--mask")
     if not (output or into or score or preview or as_json):
         raise typer.BadParameter("name a study to write", param_hint="-o")
-    if score is not None and len(images) > 1:
+
+
+def _files(images: list[Path]) -> list[Path]:
+    """Return the rasters that are named, by hand or in a VRT or a list, each once."""
+    from covertool.gis.raster_lists import raster_files
+
+    return list(dict.fromkeys(file for path in images for file in raster_files(path)))
+
+
+def _require_one(files: list[Path], score: Path | None) -> None:
+    if score is not None and len(files) > 1:
         raise typer.BadParameter("labels belong to one image", param_hint="--score")
-    if preview is not None and len(images) > 1:
-        raise typer.BadParameter("a preview shows one image", param_hint="--preview")
 
 
 def _require_free(output: Path | None, overwrite: bool, images: list[Path]) -> None:
@@ -236,20 +252,26 @@ def _ledger(
     folder: Path | None,
     images: list[Path],
     detector: Detector,
-    threshold: float | None,
-    gsd: float | None,
+    options: list[float | str | None],
 ) -> Ledger | None:
-    """Return the ledger of this job: known by its images' bytes, GSD, detector and threshold."""
-    import hashlib
+    """Return the ledger of this job: known by the bytes of its images and of its model.
 
+    The options are those that decide where the windows lie and what counts; the version stands for
+    the program.
+    """
+    import hashlib
+    import pickle
+
+    from covertool import __version__
+    from covertool.extract.windows import CORE_PX
     from covertool.gis.provenance import sha256
     from covertool.spread import Ledger
 
     if folder is None:
         return None
     hashes = " ".join(sha256(path) for path in images)
-    seen_by = hashlib.sha256(repr(detector).encode()).hexdigest()
-    return Ledger(folder, f"extract {hashes} {detector.name} {seen_by} {threshold} {gsd}")
+    seen_by = hashlib.sha256(pickle.dumps(detector)).hexdigest()
+    return Ledger(folder, f"extract {__version__} {hashes} {seen_by} {CORE_PX} {options}")
 
 
 def _scored(labels: Path | None, found: Extraction, rasters: list[RasterSource]) -> Score | None:
@@ -265,17 +287,33 @@ def _scored(labels: Path | None, found: Extraction, rasters: list[RasterSource])
     return score.score(found.vehicles, known, ground, (image.width, image.height))
 
 
+def _one_picture(rasters: list[RasterSource], path: Path, overwrite: bool) -> RasterSource:
+    """Return the images as the one that a preview shows, or refuse before the work."""
+    from covertool.extract.mosaic import mosaics
+    from covertool.gis.guard import output_file
+    from covertool.gis.picture import PICTURE_FORMATS
+
+    output_file(path, PICTURE_FORMATS, overwrite=overwrite)
+    joined = mosaics(rasters)
+    if len(joined) > 1:
+        raise typer.BadParameter(
+            f"a preview shows one picture, and the images lie on {len(joined)} pixel grids",
+            param_hint="--preview",
+        )
+    return joined[0]
+
+
 def _draw(
     path: Path,
     found: Extraction,
-    rasters: list[RasterSource],
+    picture: RasterSource,
     area: TransitArea | None,
     overwrite: bool,
 ) -> None:
     from covertool.extract.preview import preview
     from covertool.gis.picture import write_picture
 
-    write_picture(path, preview(rasters[0], found.vehicles, area), overwrite=overwrite)
+    write_picture(path, preview(picture, found.vehicles, area), overwrite=overwrite)
     say(f"wrote {path}")
 
 

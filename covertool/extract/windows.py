@@ -128,8 +128,10 @@ def cut(
     blur_x, blur_y = _blur_px(grid.scale_x), _blur_px(grid.scale_y)
     left, right = _span(x0, x1, grid.scale_x, blur_x, raster.width)
     top, bottom = _span(y0, y1, grid.scale_y, blur_y, raster.height)
-    values = raster.read(left, top, right - left, bottom - top)
     known = raster.valid(left, top, right - left, bottom - top)
+    if not known.any():
+        return np.zeros((y1 - y0, x1 - x0, 3), np.uint8), np.zeros((y1 - y0, x1 - x0), np.bool_)
+    values = raster.read(left, top, right - left, bottom - top)
     rgb = stretch.apply(values, known)
     return _resample(rgb, known, (x0, y0, x1, y1), (left, top), grid)
 

@@ -8,6 +8,7 @@ import warnings
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import numpy.typing as npt
@@ -114,26 +115,40 @@ class GeoRaster:
             return pixels
 
 
+class _Opened(threading.local):
+    """The datasets that a thread holds open, the one used last at the end."""
+
+    def __init__(self) -> None:
+        self.datasets: WeakKeyDictionary[_Handles, Any] = WeakKeyDictionary()
+
+
+_OPENED = _Opened()
+_MOST_OPEN = 100
+"""Systems let a process hold some hundred files open; a mosaic may have thousands."""
+
+
 class _Handles:
     """Opens a raster once a thread; what is pickled is only the path."""
 
     def __init__(self, path: Path, driver: str) -> None:
         self.path = path
         self.driver = driver
-        self._local = threading.local()
 
     def __getstate__(self) -> tuple[Path, str]:
         return self.path, self.driver
 
     def __setstate__(self, state: tuple[Path, str]) -> None:
         self.path, self.driver = state
-        self._local = threading.local()
 
     def dataset(self) -> Any:
-        opened = getattr(self._local, "dataset", None)
+        """Return the open dataset; the one that was not used for longest is closed for it."""
+        held = _OPENED.datasets
+        opened = held.pop(self, None)
         if opened is None:
             opened = open_dataset(self.path, self.driver)
-            self._local.dataset = opened
+        held[self] = opened
+        if len(held) > _MOST_OPEN:
+            held.pop(next(iter(held))).close()
         return opened
 
 

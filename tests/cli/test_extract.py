@@ -13,6 +13,7 @@ import rasterio.warp
 from rasterio.transform import Affine
 
 from covertool.gis.read import read_study
+from covertool.gis.sample import sample_folder
 
 DATA = Path(__file__).parents[2] / "../shared/data"
 real = pytest.mark.skipif(not DATA.is_dir(), reason="the shared real data is not here")
@@ -153,3 +154,67 @@ def test_an_existing_study_is_kept_unless_told_otherwise(bare, tmp_path):
     done = run("extract", bare, "--gsd", 0.2, "-o", tmp_path / "a.gpkg")
     assert (done.returncode, (tmp_path / "a.gpkg").read_bytes()) == (1, b"mine")
     assert "--overwrite" in done.stderr
+
+
+@pytest.fixture(scope="module")
+def town(tmp_path_factory):
+    """Return a part of the sample's orthophoto whole, and cut in four with a VRT of the parts."""
+    folder = tmp_path_factory.mktemp("town")
+    tiles = folder / "tiles"
+    tiles.mkdir()
+    with rasterio.open(sample_folder() / "orthophoto.tif") as photo:
+        values = photo.read()[:, :1200, :1200]
+        affine, crs = photo.transform, photo.crs
+    for name, column, row, side in [
+        ("whole", 0, 0, 1200), *((f"tiles/{i}", i % 2 * 600, i // 2 * 600, 600) for i in range(4)),
+    ]:  # fmt: skip
+        with rasterio.open(
+            folder / f"{name}.tif", "w", driver="GTiff", width=side, height=side, count=3,
+            dtype="uint8", crs=crs, transform=affine @ Affine.translation(column, row),
+        ) as out:  # fmt: skip
+            out.write(values[:, row : row + side, column : column + side])
+    sources = "".join(
+        f'''<SimpleSource><SourceFilename relativeToVRT="1">tiles/{i}.tif</SourceFilename>
+        <SourceBand>BAND</SourceBand><SrcRect xOff="0" yOff="0" xSize="600" ySize="600"/>
+        <DstRect xOff="{i % 2 * 600}" yOff="{i // 2 * 600}" xSize="600" ySize="600"/>
+        </SimpleSource>'''
+        for i in range(4)
+    )
+    bands = "".join(
+        f'<VRTRasterBand dataType="Byte" band="{band}">'
+        f"{sources.replace('BAND', str(band))}</VRTRasterBand>"
+        for band in (1, 2, 3)
+    )
+    steps = ", ".join(map(repr, affine.to_gdal()))
+    (folder / "town.vrt").write_text(
+        f'<VRTDataset rasterXSize="1200" rasterYSize="1200"><SRS>{crs.to_string()}</SRS>'
+        f"<GeoTransform>{steps}</GeoTransform>{bands}</VRTDataset>"
+    )
+    return folder
+
+
+def cars_of(path):
+    frame = gpd.read_file(path, layer="vehicles")
+    middle = frame.geometry.centroid
+    table = np.column_stack([middle.x, middle.y, frame["score"]])
+    return frame, table[np.lexsort(table.T)]
+
+
+def test_tiles_of_a_vrt_give_the_cars_of_the_whole_with_two_workers(town, tmp_path):
+    ok("extract", town / "whole.tif", "-o", tmp_path / "whole.gpkg")
+    ok("extract", town / "town.vrt", "-o", tmp_path / "tiles.gpkg", "--workers", 2,
+       "--preview", tmp_path / "seen.png")  # fmt: skip
+    _, whole = cars_of(tmp_path / "whole.gpkg")
+    frame, tiles = cars_of(tmp_path / "tiles.gpkg")
+    assert len(whole) > 30
+    np.testing.assert_allclose(tiles, whole, atol=1e-4)
+    assert set(frame["image"]) == {f"{i}.tif" for i in range(4)}
+    with rasterio.open(tmp_path / "seen.png") as seen:
+        assert seen.shape == (1200, 1200)
+
+
+def test_images_on_two_grids_have_no_one_preview_and_that_is_told_first(town, tmp_path):
+    shifted = picture(tmp_path / "b.tif", driver="GTiff", crs="EPSG:2157",
+                      transform=Affine(0.2, 0, 693380.05, 0, -0.2, 737460))  # fmt: skip
+    done = run("extract", town / "whole.tif", shifted, "--preview", tmp_path / "two.png")
+    assert (done.returncode, "2 pixel grids" in done.stderr) == (2, True)
