@@ -1,0 +1,73 @@
+"""`covertool report`: a study as one HTML page that opens offline."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from covertool.cli.app import app
+from covertool.cli.console import say
+from covertool.cli.options import Overwrite
+
+if TYPE_CHECKING:
+    from covertool.report.page import ReportStudy
+
+
+@app.command()
+def report(
+    study: Annotated[
+        Path | None,
+        typer.Argument(metavar="STUDY", help="A study; without one the sample study."),
+    ] = None,
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="FILE.html", help="Where to write the page.")
+    ] = Path("report.html"),
+    overwrite: Overwrite = False,
+) -> None:
+    """Write a study as one HTML page: map, tables, plots, provenance and limits.
+
+    \b
+    Examples:
+      covertool report
+      covertool report town.gpkg -o town.html
+      covertool report town.gpkg -o town.html --overwrite
+
+    \b
+    The page opens in any browser without a network. It shows what the study holds and computes
+    nothing: a part that is missing is named with the command that makes it.
+    """
+    from covertool.gis.guard import output_file
+    from covertool.gis.page import PAGE_FORMATS, write_page
+    from covertool.report.page import report_page
+
+    output_file(output, PAGE_FORMATS, overwrite=overwrite)  # told before anything is read
+    if study is None:
+        study = sample_report_study()
+    write_page(output, report_page(read_parts(study)), overwrite=overwrite, inputs=[study])
+    say(f"wrote {output} ({output.stat().st_size / 1e6:.1f} MB)")
+
+
+def sample_report_study() -> Path:
+    """Return the study that is reported on when none is named."""
+    from covertool.gis.sample import SAMPLE_STUDY, sample_folder
+
+    study = sample_folder() / SAMPLE_STUDY
+    say(f"no study was named: using the synthetic sample study {study}")
+    return study
+
+
+def read_parts(study: Path) -> ReportStudy:
+    """Return what a report shows of a study, as it lies in the file."""
+    from covertool.gis.provenance import sha256
+    from covertool.gis.study import inherited_metadata, read_layers, read_tables
+    from covertool.report.page import LAYERS, TABLES, ReportStudy
+
+    return ReportStudy(
+        name=study.name,
+        sha256=sha256(study),
+        layers=read_layers(study, LAYERS),
+        tables=read_tables(study, TABLES),
+        metadata=inherited_metadata([study]),
+    )

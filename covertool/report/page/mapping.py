@@ -1,0 +1,294 @@
+"""The layers of the map: what is drawn, in which colours, and what its pop-ups say."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import shapely
+
+from covertool.model import Objects
+from covertool.report.page import theme
+from covertool.report.page.popups import (
+    Columns,
+    Values,
+    column,
+    metres,
+    plain,
+    spaced,
+    square_metres,
+    texts,
+)
+from covertool.report.page.study import LEVEL_LAYERS, ReportStudy, radius_names
+
+if TYPE_CHECKING:
+    import geopandas as gpd
+
+    from covertool.report.page.theme import Pair
+
+LEVEL_NAMES = {
+    0: "Level 0: no parked car",
+    1: "Level 1: one parked car",
+    2: "Level 2: two parked cars",
+    3: "Level 3: three or more",
+}
+
+
+@dataclass(frozen=True)
+class MapLayer:
+    """One switchable layer of the map.
+
+    Attributes
+    ----------
+    key : name of the layer's switch; layers of several radii share it
+    label : what the switch says
+    form : area, outline, line, car or mark
+    shapes : (N,) geometries in the map's CRS
+    values : pop-up texts by heading, N each
+    colour : light and dark
+    shown : whether the page opens with it
+    radius : the radius that it belongs to, None when it belongs to all
+    width : of lines, in pixels
+    turned : of cars: heading in degrees, length and width in metres
+    """
+
+    key: str
+    label: str
+    form: str
+    shapes: Objects
+    values: Values
+    colour: Pair
+    shown: bool = True
+    radius: str | None = None
+    width: float = 1.0
+    opacity: float = 1.0
+    turned: tuple[Any, Any, Any] | None = field(default=None, repr=False)
+
+
+def map_layers(study: ReportStudy, layers: Mapping[str, gpd.GeoDataFrame]) -> list[MapLayer]:
+    """Return the layers from the bottom up; ``layers`` are the study's, in one CRS."""
+    drawn: list[MapLayer] = []
+    for name, make in _MAKERS.items():
+        if name in layers and len(layers[name]):
+            drawn += make(layers[name], study)
+    if any(layer.key == "cars" and layer.form == "car" for layer in drawn):
+        # The same cars as points would hide the rectangles.
+        drawn = [layer for layer in drawn if not (layer.key == "cars" and layer.form == "mark")]
+    return drawn
+
+
+def _buildings(frame: gpd.GeoDataFrame, _: ReportStudy) -> list[MapLayer]:
+    values = texts(frame, {"kind": ("Kind", str), "height_m": ("Height", metres)})
+    return [MapLayer("buildings", "Buildings", "area", _shapes(frame), values, theme.BUILDING)]
+
+
+def _transit(frame: gpd.GeoDataFrame, _: ReportStudy) -> list[MapLayer]:
+    values = texts(frame, {"area_m2": ("Area", square_metres)})
+    label = "Transit area, not covered"
+    return [MapLayer("transit", label, "area", _shapes(frame), values, theme.TRANSIT, opacity=0.75)]
+
+
+def _level(level: int) -> Callable[[gpd.GeoDataFrame, ReportStudy], list[MapLayer]]:
+    def make(frame: gpd.GeoDataFrame, _: ReportStudy) -> list[MapLayer]:
+        made = []
+        names = np.array(radius_names(frame), dtype=object)
+        for name in dict.fromkeys(names):
+            rows = frame[names == name]
+            shapes, row = shapely.get_parts(_shapes(rows), return_index=True)
+            whole = texts(rows, {"area_m2": ("Whole level", square_metres)})
+            values = {"Radius": [str(name)] * len(shapes)}
+            values["This patch"] = [square_metres(area) for area in shapely.area(shapes)]
+            values |= {head: [texts[i] for i in row] for head, texts in whole.items()}
+            made.append(
+                MapLayer(
+                    f"level{level}",
+                    LEVEL_NAMES[level],
+                    "area",
+                    shapes,
+                    values,
+                    theme.LEVELS[level],
+                    radius=str(name),
+                )
+            )
+        return made
+
+    return make
+
+
+def _zones(frame: gpd.GeoDataFrame, study: ReportStudy) -> list[MapLayer]:
+    columns = [c for c in frame.columns if c != frame.geometry.name]
+    values = {str(c): [plain(v) for v in frame[c]] for c in columns[:4]}
+    return [MapLayer("zones", "Zones", "outline", _shapes(frame), values, theme.INK)]
+
+
+def _segments(frame: gpd.GeoDataFrame, study: ReportStudy) -> list[MapLayer]:
+    values = texts(
+        frame,
+        {
+            "name": ("Street", str),
+            "segment_id": ("Segment", str),
+            "kind": ("Kind", str),
+            "length_m": ("Length", metres),
+            "free_flow_kmh": ("Free flow", lambda v: f"{v:g} km/h"),
+        },
+    )
+    return [
+        MapLayer(
+            "segments",
+            "Street segments",
+            "line",
+            _shapes(frame),
+            values,
+            theme.MUTED,
+            shown=False,
+            width=1.5,
+        )
+    ]
+
+
+_CONGESTION = (
+    ("unknown", "unknown", theme.UNKNOWN, 1.5),
+    ("closed", "closed", theme.CLOSED, 2.5),
+    ("free", "free", theme.FREE, 2.0),
+    ("occupied", "occupied", theme.OCCUPIED, 4.0),
+)
+
+
+def _congestion(frame: gpd.GeoDataFrame, _: ReportStudy) -> list[MapLayer]:
+    columns: Columns = {
+        "segment_id": ("Segment", str),
+        "status": ("Status", str),
+        "queue_m": ("Queue", metres),
+        "length_m": ("Length", metres),
+        "day": ("Day", str),
+        "window": ("Window", str),
+    }
+    made = []
+    for kind, label, colour, width in _CONGESTION:
+        rows = frame[frame["kind"] == kind]
+        if len(rows):
+            made.append(
+                MapLayer(
+                    f"congestion-{kind}",
+                    f"Street {label}",
+                    "line",
+                    _shapes(rows),
+                    texts(rows, columns),
+                    colour,
+                    shown=False,
+                    width=width,
+                )
+            )
+    return made
+
+
+def _trajectories(frame: gpd.GeoDataFrame, _: ReportStudy) -> list[MapLayer]:
+    columns: Columns = {"vehicle": ("Car", str)}
+    columns |= {
+        name: (name.removesuffix("_m").replace("_", " ").capitalize(), metres)
+        for name in frame.columns
+        if str(name).endswith("error_m")
+    }
+    if "mean_error_m" not in frame:
+        return [
+            MapLayer(
+                "tracks",
+                "Tracks of moving cars",
+                "line",
+                _shapes(frame),
+                texts(frame, columns),
+                theme.ERRORS[0],
+                shown=False,
+                width=1.5,
+            )
+        ]
+    made = []
+    errors = frame["mean_error_m"].to_numpy(dtype=float)
+    edges = _round_edges(errors)
+    for i, (low, high) in reversed(list(enumerate(pairwise(edges)))):
+        rows = frame[(errors >= low) & (errors < high)]
+        if len(rows):
+            # The last class of colours is the smallest error, whatever the number of classes.
+            colour = theme.ERRORS[len(edges) - 2 - i]
+            made.append(
+                MapLayer(
+                    f"tracks-{i}",
+                    f"Track, mean error {low:g} to {high:g} m",
+                    "line",
+                    _shapes(rows),
+                    texts(rows, columns),
+                    colour,
+                    shown=False,
+                    width=1.8,
+                )
+            )
+    return made[::-1]
+
+
+def _round_edges(errors: Any) -> list[float]:
+    """Return up to six round class edges that hold all the errors."""
+    top = float(np.nanmax(errors, initial=0.0))
+    step = next((s for s in (0.5, 1, 2, 5, 10, 20, 50) if s * len(theme.ERRORS) > top), None)
+    if step is None:
+        step = float(np.ceil((top + 1) / len(theme.ERRORS)))
+    count = int(top // step) + 1
+    return [step * i for i in range(count + 1)]
+
+
+def _vehicles(frame: gpd.GeoDataFrame, _: ReportStudy) -> list[MapLayer]:
+    rows = frame
+    if "parked" in frame:
+        rows = frame[frame["parked"].fillna(True).astype(bool)]
+    needed = ("heading_deg", "length_m", "width_m")
+    if not len(rows) or any(name not in rows for name in needed):
+        return []
+    turned = tuple(rows[name].to_numpy(dtype=float) for name in needed)
+    if not all(np.isfinite(values).all() for values in turned):
+        return []
+    columns: Columns = {"id": ("Car", str), "site": ("Site", spaced)}
+    values = texts(rows, columns)
+    centres: Objects = np.asarray(shapely.centroid(_shapes(rows)), dtype=object)
+    return [MapLayer("cars", "Parked cars", "car", centres, values, theme.PARKED, turned=turned)]
+
+
+_ORIGINS = {
+    "parked": ("cars", "Parked cars", theme.PARKED),
+    "queue": ("queue", "Cars in queues", theme.QUEUED),
+    "rsu": ("rsu", "Roadside units", theme.ROADSIDE),
+}
+
+
+def _anchors(frame: gpd.GeoDataFrame, _: ReportStudy) -> list[MapLayer]:
+    origins = np.array([str(v) for v in column(frame, "origin", "parked")], dtype=object)
+    columns: Columns = {
+        "id": ("Anchor", str),
+        "radius_m": ("Radius", metres),
+        "device_class": ("Device class", str),
+        "sigma_m": ("Own error", metres),
+    }
+    made = []
+    for origin, (key, label, colour) in _ORIGINS.items():
+        rows = frame[origins == origin]
+        if len(rows):
+            made.append(MapLayer(key, label, "mark", _shapes(rows), texts(rows, columns), colour))
+    return made
+
+
+_MAKERS: Mapping[str, Callable[[gpd.GeoDataFrame, ReportStudy], list[MapLayer]]] = {
+    "buildings": _buildings,
+    "transit": _transit,
+    **{name: _level(level) for level, name in LEVEL_LAYERS.items()},
+    "zones": _zones,
+    "segments": _segments,
+    "congestion": _congestion,
+    "trajectories": _trajectories,
+    "vehicles": _vehicles,
+    "anchors": _anchors,
+}
+
+
+def _shapes(frame: gpd.GeoDataFrame) -> Objects:
+    return np.asarray(frame.geometry.array, dtype=object)

@@ -1,0 +1,142 @@
+"""What the report is told about a study: its layers, tables and metadata, as they were read."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from covertool import crs as crs_door
+from covertool.errors import CrsError
+
+if TYPE_CHECKING:
+    import geopandas as gpd
+    import pandas as pd
+    from pyproj import CRS
+
+LEVEL_LAYERS = {level: f"coverage_level_{level}" for level in (1, 2, 3)}
+LAYERS = (
+    "buildings",
+    "transit",
+    *LEVEL_LAYERS.values(),
+    "zones",
+    "segments",
+    "congestion",
+    "trajectories",
+    "vehicles",
+    "anchors",
+)
+"""The layers of a study that the report draws."""
+TABLES = (
+    "coverage_summary",
+    "coverage_curve",
+    "coverage_penetration",
+    "coverage_zones",
+    "occupancy",
+    "occupancy_means",
+    "positioning",
+    "improvements",
+)
+"""The tables of a study that the report prints."""
+
+
+@dataclass(frozen=True)
+class ReportStudy:
+    """A study as the report needs it; what the study lacks is absent.
+
+    Attributes
+    ----------
+    name : the file's name, as the user knows it
+    sha256 : of the file; its first twelve digits are the run id
+    layers : frames by layer name, of `LAYERS`
+    tables : frames by table name, of `TABLES`
+    metadata : the study's metadata table
+    """
+
+    name: str
+    sha256: str
+    layers: Mapping[str, gpd.GeoDataFrame]
+    tables: Mapping[str, pd.DataFrame]
+    metadata: Mapping[str, str]
+
+    @property
+    def run_id(self) -> str:
+        """The first twelve digits of the study's SHA-256: the same study, the same id."""
+        return self.sha256[:12]
+
+    @property
+    def title(self) -> str:
+        """The study's title, else its file name."""
+        return self.metadata.get("title") or self.name
+
+    @property
+    def synthetic(self) -> str | None:
+        """What the metadata says about invented data; None when it says nothing."""
+        return self.metadata.get("synthetic")
+
+    def table(self, name: str) -> pd.DataFrame | None:
+        """Return a table that the study holds and that has rows, else None."""
+        frame = self.tables.get(name)
+        return None if frame is None or frame.empty else frame
+
+    def provenance(self) -> list[dict[str, Any]]:
+        """Return the provenance of each verb that wrote into the study, as far as readable."""
+        told = []
+        for key, value in sorted(self.metadata.items()):
+            if key.startswith("provenance "):
+                try:
+                    content = json.loads(value)
+                except json.JSONDecodeError:
+                    continue
+                if isinstance(content, dict):
+                    told.append({"verb": key.removeprefix("provenance "), **content})
+        return told
+
+
+def radius_name(radius_m: float | None, device_class: str | None = None) -> str:
+    """Return how a radius is called on the page.
+
+    >>> radius_name(15.0, "A")
+    'class A, 15 m'
+    """
+    missing = radius_m is None or radius_m != radius_m
+    size = "each car's own radius" if missing else f"{radius_m:g} m"
+    return f"class {device_class}, {size}" if isinstance(device_class, str) else size
+
+
+def radius_names(frame: pd.DataFrame) -> list[str]:
+    """Return the name of each row's radius."""
+    classes = frame.get("device_class", [None] * len(frame))
+    return [radius_name(r, c) for r, c in zip(frame["radius_m"], classes, strict=True)]
+
+
+def in_one_crs(layers: Mapping[str, gpd.GeoDataFrame]) -> tuple[dict[str, gpd.GeoDataFrame], CRS]:
+    """Return the layers in one CRS in metres: the transit area's, or the one picked for it.
+
+    Raises
+    ------
+    CrsError
+        When a layer has no CRS or has no place on Earth while others have one.
+    """
+    first = layers.get("transit", next(iter(layers.values())))
+    if first.crs is None:
+        raise CrsError("a layer has no CRS", "the study", "assign one in QGIS, or with --crs")
+    source = first.crs
+    target = (
+        source
+        if crs_door.is_working(source)
+        else crs_door.working_crs(source, tuple(first.total_bounds))
+    )
+    return {name: _moved(frame, target) for name, frame in layers.items()}, target
+
+
+def _moved(frame: gpd.GeoDataFrame, target: CRS) -> gpd.GeoDataFrame:
+    if frame.crs is None or frame.crs == target:
+        return frame
+    moved = crs_door.transform_geometries(
+        np.asarray(frame.geometry.array, dtype=object), frame.crs, target
+    )
+    return frame.set_geometry(list(moved), crs=None).set_crs(target, allow_override=True)
