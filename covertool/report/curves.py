@@ -33,8 +33,10 @@ class LevelCurve:
     fractions: Floats
 
 
-def level_curves(curves: Sequence[LevelCurve]) -> Figure:
+def level_curves(curves: Sequence[LevelCurve], *, footnote: str = "") -> Figure:
     """Return a figure with one panel for each curve: Level 3 at the bottom, Level 0 on top.
+
+    The footnote, such as the provenance, is printed below.
 
     Examples
     --------
@@ -57,6 +59,8 @@ def level_curves(curves: Sequence[LevelCurve]) -> Figure:
         axes.grid(color="white", alpha=0.35, linewidth=0.6)
     panels[0].set_ylabel("share of the transit area (%)")
     handles, labels = panels[0].get_legend_handles_labels()
+    if footnote:
+        figure.supxlabel(footnote, fontsize=7, x=0.01, ha="left")
     figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=8, frameon=False)
     return figure
 

@@ -39,7 +39,7 @@ _LINES = (
     ("segments", TRANSIT, 1.8, "monitored streets"),
     ("trajectories", TRANSIT, 1.2, "drives"),
 )
-_CAR_LENGTH_M = 4.4
+_CAR_DIAMETER_M = 3.2  # a disc of the area that a car of 4.4 m by 1.8 m takes
 _TALLEST = 1.6  # height of a map over its width; a page is about that
 
 
@@ -179,13 +179,18 @@ def _draw_lines(
     return Line2D([], [], color=colour, linewidth=width_pt, label=label)
 
 
-def _draw_anchors(axes: Axes, frame: gpd.GeoDataFrame, map_width_m: float, width_in: float) -> Any:
+def _draw_anchors(
+    axes: Axes, frame: gpd.GeoDataFrame, map_width_m: float, width_in: float
+) -> Line2D:
+    """Draw cars as dots of a car's area; the one in the legend is seen at any scale."""
     points = frame.geometry
-    car_pt = _CAR_LENGTH_M / map_width_m * width_in * 72
-    return axes.scatter(
-        points.x, points.y, s=max(car_pt, 0.7) ** 2, c=PARKED, marker="s", linewidths=0, zorder=3,
-        label=f"{len(frame)} parked cars",
-    )  # fmt: skip
+    car_pt = _CAR_DIAMETER_M / map_width_m * width_in * 72
+    size = max(car_pt, 0.7) ** 2
+    axes.scatter(points.x, points.y, s=size, c=PARKED, linewidths=0, zorder=3)
+    origins = set(frame["origin"]) if "origin" in frame.columns else {"parked"}
+    what = "parked cars" if origins <= {"parked"} else f"anchors ({', '.join(sorted(origins))})"
+    label = f"{len(frame):,} {what}"
+    return Line2D([], [], linestyle="", marker="o", markersize=3, color=PARKED, label=label)
 
 
 def draw_scale_bar(axes: Axes, map_width_m: float) -> None:

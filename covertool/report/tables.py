@@ -206,7 +206,7 @@ def _summary(found: Findings) -> Sheet:
     if "synthetic" in found.metadata:
         rows.append(("synthetic", found.metadata["synthetic"], "", "no measured data"))
     if found.transit_area_m2 is not None:
-        rows.append(("transit area", found.transit_area_m2, "m2", "where cars drive"))
+        rows.append(("transit area", round(found.transit_area_m2, 1), "m2", "where cars drive"))
     rows += [(f"rows of the layer {name}", count, "", None) for name, count in found.counts.items()]
     rows += [*_covered(found), *_congested(found), *_improved(found), *_missing(found)]
     titles = (
@@ -225,11 +225,11 @@ def _covered(found: Findings) -> list[tuple[Cell, ...]]:
     names = [title.name for title in table.headings]
     rows: list[tuple[Cell, ...]] = []
     for row in table.rows:
-        values = dict(zip(names, row, strict=True))
+        values: dict[str, Any] = dict(zip(names, row, strict=True))
         size = "each its own" if values["radius_m"] is None else f"{values['radius_m']:g} m"
         size = f"{size}, {values['origin']} only" if values.get("origin") else size
         note = f"Level 3 alone: {values['level_3_percent']:.2f} %"
-        rows.append((f"covered at radius {size}", values["covered_percent"], "%", note))
+        rows.append((f"covered at radius {size}", round(values["covered_percent"], 2), "%", note))
     return rows
 
 

@@ -97,7 +97,7 @@ def draw(study: Path, options: MapOptions, metadata: Mapping[str, str]) -> tuple
     if options.show in MAPS:
         return _draw_map(study, MAPS[options.show], options, metadata), note
     if options.show in CURVES:
-        return _draw_curve(study, options.show), note
+        return _draw_curve(study, options, metadata), note
     raise OptionError(
         f"there is no view {options.show!r}", "--show", f"choose one of: {', '.join(VIEWS)}"
     )
@@ -136,8 +136,8 @@ def footnote(study: Path, options: MapOptions, metadata: Mapping[str, str]) -> s
     return "\n".join(lines)
 
 
-def _draw_curve(study: Path, name: str) -> Figure:
-    part = PARTS[name]
+def _draw_curve(study: Path, options: MapOptions, metadata: Mapping[str, str]) -> Figure:
+    part = PARTS[options.show]
     frame = read_tables(study, [part.table]).get(part.table)
     if frame is None:
         raise FileError(
@@ -145,17 +145,15 @@ def _draw_curve(study: Path, name: str) -> Figure:
             str(study),
             part.mend.replace("STUDY", str(study)),
         )
-    if name == "curve":
-        return level_curves(
-            [LevelCurve("all anchors", "radius (m)", *_by_level(frame, "radius_m"))]
-        )
-    return level_curves(
-        [
+    if options.show == "curve":
+        panels = [LevelCurve("all anchors", "radius (m)", *_by_level(frame, "radius_m"))]
+    else:
+        panels = [
             LevelCurve(_size(size), "equipped cars (%)", 100 * x, fractions)
             for size, group in frame.groupby("radius_m", dropna=False)
             for x, fractions in [_by_level(group, "share", "expected")]
         ]
-    )
+    return level_curves(panels, footnote=footnote(study, options, metadata))
 
 
 def _by_level(frame: pd.DataFrame, x: str, value: str = "fraction") -> tuple[Any, Any]:
