@@ -13,6 +13,7 @@ import numpy as np
 from covertool.errors import OptionError
 from covertool.model import Anchors, Trace
 from covertool.positioning.bound import JointBound
+from covertool.positioning.correlations import LANES
 from covertool.positioning.ekf import Ekf
 from covertool.positioning.estimators import Estimator, load_estimator
 from covertool.positioning.filtering import Filtering, Site
@@ -84,7 +85,7 @@ class Work:
         return Filtering(
             steps,
             self._site_of(piece),
-            _estimator(case, options, len(steps.vehicle)),
+            _estimator(case, options, int(np.diff(steps.start).max())),
             options,
             case.radius_m,
             _range_model(options, case),
@@ -108,7 +109,9 @@ class Work:
         """Return the pieces of a case: blocks of runs, in their order."""
         cars = len(self.steps[scenario].vehicle)
         size = min(max(ROWS_A_BLOCK // cars, 1), RUNS_A_BLOCK)
-        if options_of(self.options, case).follows_each_run or _smooths(self.options, case):
+        if case.estimator == "second_order":
+            size = LANES
+        if options_of(self.options, case).follows_each_run:
             size = 1
         return [
             Piece(scenario, case, first, min(size, runs - first)) for first in range(0, runs, size)

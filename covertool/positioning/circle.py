@@ -15,6 +15,9 @@ _CURVED = 0.25**2
 """Square of spread across over distance beyond which the circle is summed around."""
 _SHARP = 3.0**2
 """Square of range over its noise below which the circle is too blurred for that."""
+_SURPRISE = 3.0**2
+"""A range beyond three standard deviations says that a car has settled on the wrong side of a
+neighbour: it then doubts itself until the range lies at three."""
 _RAYS = 128
 _SECTOR = (2.0 * np.pi / _RAYS) ** 2 / 12.0
 _ANGLE = np.arange(_RAYS) * (2.0 * np.pi / _RAYS)
@@ -37,6 +40,14 @@ def expect(
     expected = math.sqrt(d * d + across)
     along = ux * ux * xx + 2.0 * ux * uy * xy + uy * uy * yy
     return ux, uy, expected, along + 0.5 * (across / expected) ** 2
+
+
+@kernel
+def excess(dx: float, dy: float, before: Spread, measured_m: float, r: float) -> float:
+    """Return the factor by which a covariance must grow so that a range is no surprise."""
+    _, _, expected, variance = expect(dx, dy, before[0], before[1], before[2])
+    needed = (measured_m - expected) ** 2 / _SURPRISE - r
+    return max(needed / max(variance, 1e-8), 1.0)
 
 
 @kernel

@@ -15,27 +15,17 @@ import numpy as np
 
 from covertool.errors import OptionError
 from covertool.model import Floats
-from covertool.positioning.circle import Spread, expect, moments, shrink
+from covertool.positioning.circle import Spread, excess, moments, shrink
+from covertool.positioning.correlations import LANES, Correlations, Links, pass_on
+from covertool.positioning.ekf import LEAST_VARIANCE_M2
 from covertool.positioning.estimators import Measurements, State, isotropic
 from covertool.positioning.kernel import kernel
 from covertool.positioning.linear import DIFFUSE_M2, carry_on
 from covertool.positioning.noise import ANCHOR_BIT, Indices
+from covertool.positioning.pairs import fuse_pairs, pairs_of
 
 MOST_CARS = 2000
-"""Cars in a trace whose correlations fit into memory (128 MB a run)."""
-
-_LEAST_VARIANCE_M2 = 1e-8
-_SURPRISE = 3.0**2
-"""A range beyond three standard deviations says that a car has settled on the wrong side of a
-neighbour: it then doubts itself until the range lies at three."""
-
-
-@kernel
-def _excess(dx: float, dy: float, before: Spread, measured_m: float, r: float) -> float:
-    """Return the factor by which a covariance must grow so that a range is no surprise."""
-    _, _, expected, variance = expect(dx, dy, before[0], before[1], before[2])
-    needed = (measured_m - expected) ** 2 / _SURPRISE - r
-    return max(needed / max(variance, _LEAST_VARIANCE_M2), 1.0)
+"""Cars on the road at once whose correlations fit into memory (64 MB a run)."""
 
 
 @kernel
@@ -70,7 +60,7 @@ def _fuse_anchor(
 ) -> None:
     """Fuse a range to an anchor at ``place``: x, y, and variance along each axis."""
     dx, dy, own_m2 = x[0] - place[0], x[1] - place[1], place[2]
-    _doubt_alone(p, a, _excess(dx, dy, (p[0] + own_m2, p[1], p[2] + own_m2), measured_m, r))
+    _doubt_alone(p, a, excess(dx, dy, (p[0] + own_m2, p[1], p[2] + own_m2), measured_m, r))
     before = (p[0] + own_m2, p[1], p[2] + own_m2)
     mx, my, xx, xy, yy = moments(dx, dy, before[0], before[1], before[2], measured_m, r)
     w, inverse, widest = shrink(before, (xx, xy, yy))
@@ -89,140 +79,37 @@ def _doubt_alone(p: Floats, a: Floats, factor: float) -> None:
 
 
 @kernel
-def _linked(c: Floats) -> bool:
-    """Return whether two cars are correlated at all; most never met."""
-    return bool(c[0, 0] != 0.0 or c[0, 1] != 0.0 or c[1, 0] != 0.0 or c[1, 1] != 0.0)
-
-
-@kernel
-def _pass_on(i: int, a: Floats, cross: Floats, car: Indices) -> None:
-    """Multiply the correlations of car i with the others by ``a``."""
-    for k in range(car.size):
-        own, mirror = cross[car[i], car[k]], cross[car[k], car[i]]
-        if k != i and _linked(own):
-            for c in range(2):
-                first, second = own[0, c], own[1, c]
-                own[0, c] = a[0, 0] * first + a[0, 1] * second
-                own[1, c] = a[1, 0] * first + a[1, 1] * second
-                mirror[c, 0], mirror[c, 1] = own[0, c], own[1, c]
-
-
-@kernel
-def _doubt(i: int, j: int, p: Floats, cross: Floats, car: Indices, factor: float) -> None:
-    """Let the covariances of cars i and j grow by a factor, their correlations alike."""
-    root = math.sqrt(factor)
-    for a in (i, j):
-        p[a] *= factor
-        for k in range(car.size):
-            if k != a:
-                cross[car[a], car[k]] *= root
-                cross[car[k], car[a]] *= root
-
-
-@kernel
-def _difference(
-    i: int, j: int, p: Floats, cross: Floats, car: Indices
-) -> tuple[Spread, Floats, Floats]:
-    """Return covariance of ``x_i - x_j``, and its covariances with both cars."""
-    c = cross[car[i], car[j]]
-    own, other = np.empty((2, 2)), np.empty((2, 2))
-    own[0, 0], own[0, 1] = p[i, 0] - c[0, 0], p[i, 1] - c[0, 1]
-    own[1, 0], own[1, 1] = p[i, 1] - c[1, 0], p[i, 2] - c[1, 1]
-    other[0, 0], other[0, 1] = c[0, 0] - p[j, 0], c[1, 0] - p[j, 1]
-    other[1, 0], other[1, 1] = c[0, 1] - p[j, 1], c[1, 1] - p[j, 2]
-    spread = (own[0, 0] - other[0, 0], own[0, 1] - other[0, 1], own[1, 1] - other[1, 1])
-    return spread, own, other
-
-
-@kernel
-def _fuse_pair(
-    i: int,
-    j: int,
+def _fuse_own(
     x: Floats,
     p: Floats,
-    cross: Floats,
-    car: Indices,
-    measured_m: float,
-    r: float,
+    a: Floats,
+    gps: Floats,
+    gps_m2: float,
+    count: int,
+    neighbour: Indices,
+    ranges: Floats,
+    variance: Floats,
+    place_x: Floats,
+    place_y: Floats,
+    shared: Floats,
 ) -> None:
-    """Fuse a range between two cars, which corrects both."""
-    dx, dy = x[i, 0] - x[j, 0], x[i, 1] - x[j, 1]
-    before, own, other = _difference(i, j, p, cross, car)
-    factor = _excess(dx, dy, before, measured_m, r)
-    if factor > 1.0:
-        _doubt(i, j, p, cross, car, factor)
-        before, own, other = _difference(i, j, p, cross, car)
-    mx, my, xx, xy, yy = moments(dx, dy, before[0], before[1], before[2], measured_m, r)
-    w, inverse, widest = shrink(before, (xx, xy, yy))
-    if widest > 1.0:  # on either side of each other: less is known than before
-        _doubt(i, j, p, cross, car, widest)
-        before, own, other = _difference(i, j, p, cross, car)
-        w, inverse, _ = shrink(before, (xx, xy, yy))
-    mx, my = mx - dx, my - dy
-    pull = (inverse[0] * mx + inverse[1] * my, inverse[1] * mx + inverse[2] * my)
-    _consider(i, j, cross, car, own, other, w)
-    _correct_both(i, j, x, p, cross, car, own, other, w, pull)
-
-
-@kernel
-def _consider(
-    i: int, j: int, cross: Floats, car: Indices, own: Floats, other: Floats, w: Spread
-) -> None:
-    """Let the correlations of both cars with the others follow; these only look on."""
-    for k in range(car.size):
-        one, two = cross[car[i], car[k]], cross[car[j], car[k]]
-        if k in (i, j) or not (_linked(one) or _linked(two)):
-            continue
-        for b in range(2):
-            x, y = one[0, b] - two[0, b], one[1, b] - two[1, b]  # cov(x_i - x_j, x_k)
-            tx, ty = w[0] * x + w[1] * y, w[1] * x + w[2] * y
-            for a in range(2):
-                one[a, b] -= own[a, 0] * tx + own[a, 1] * ty
-                two[a, b] -= other[a, 0] * tx + other[a, 1] * ty
-                cross[car[k], car[i], b, a] = one[a, b]
-                cross[car[k], car[j], b, a] = two[a, b]
-
-
-@kernel
-def _correct_both(
-    i: int,
-    j: int,
-    x: Floats,
-    p: Floats,
-    cross: Floats,
-    car: Indices,
-    own: Floats,
-    other: Floats,
-    w: Spread,
-    pull: tuple[float, float],
-) -> None:
-    """Correct both cars: any covariance falls by ``cov(a, z) W cov(z, b)`` with z = x_i - x_j."""
-    for a in range(2):
-        x[i, a] += own[a, 0] * pull[0] + own[a, 1] * pull[1]
-        x[j, a] += other[a, 0] * pull[0] + other[a, 1] * pull[1]
-        tx, ty = own[a, 0] * w[0] + own[a, 1] * w[1], own[a, 0] * w[1] + own[a, 1] * w[2]
-        for b in range(2):
-            cross[car[i], car[j], a, b] -= tx * other[b, 0] + ty * other[b, 1]
-            cross[car[j], car[i], b, a] = cross[car[i], car[j], a, b]
-    _reduce(p[i], own, w)
-    _reduce(p[j], other, w)
-
-
-@kernel
-def _reduce(p: Floats, g: Floats, w: Spread) -> None:
-    tx0, ty0 = g[0, 0] * w[0] + g[0, 1] * w[1], g[0, 0] * w[1] + g[0, 1] * w[2]
-    tx1, ty1 = g[1, 0] * w[0] + g[1, 1] * w[1], g[1, 0] * w[1] + g[1, 1] * w[2]
-    p[0] -= tx0 * g[0, 0] + ty0 * g[0, 1]
-    p[1] -= tx0 * g[1, 0] + ty0 * g[1, 1]
-    p[2] -= tx1 * g[1, 0] + ty1 * g[1, 1]
+    """Fuse what one car in one run learns from GPS and from anchors."""
+    a[0, 0] = a[1, 1] = 1.0
+    a[0, 1] = a[1, 0] = 0.0
+    _fuse_gps(x, p, a, gps, max(gps_m2, LEAST_VARIANCE_M2))
+    for m in range(count):
+        if neighbour[m] >= ANCHOR_BIT:
+            place = (place_x[m], place_y[m], shared[m, 0])
+            _fuse_anchor(x, p, a, place, ranges[m], max(variance[m], LEAST_VARIANCE_M2))
 
 
 @kernel
 def _update(
     x: Floats,
     p: Floats,
-    cross: Floats,
-    car: Indices,
+    block: Floats,
+    linked: Links,
+    seat: Indices,
     gps: Floats,
     gps_m2: float,
     count: Indices,
@@ -233,22 +120,31 @@ def _update(
     place_y: Floats,
     shared: Floats,
 ) -> None:
-    """Correct all cars of one run in place: each by GPS and anchors, then pairs of cars."""
-    for i in range(car.size):
-        a = np.eye(2)
-        _fuse_gps(x[i], p[i], a, gps[i], max(gps_m2, _LEAST_VARIANCE_M2))
-        for m in range(count[i]):
-            if neighbour[i, m] >= ANCHOR_BIT:
-                place = (place_x[i, m], place_y[i, m], shared[i, m, 0])
-                r = max(variance[i, m], _LEAST_VARIANCE_M2)
-                _fuse_anchor(x[i], p[i], a, place, ranges[i, m], r)
-        _pass_on(i, a, cross, car)
-    for i in range(car.size):
-        for m in range(count[i]):
-            j = neighbour[i, m]
-            if 0 <= j < ANCHOR_BIT:
-                r = max(variance[i, m], _LEAST_VARIANCE_M2)
-                _fuse_pair(i, j, x, p, cross, car, ranges[i, m], r)
+    """Correct all cars in the runs of one group in place: each by itself, then pairs of cars."""
+    runs, n = len(x), seat.size
+    a, least_m2, own = np.zeros((n, 4 * LANES)), np.zeros((n, LANES)), np.empty((2, 2))
+    for run in range(runs):
+        for i in range(n):
+            _fuse_own(
+                x[run, i],
+                p[run, i],
+                own,
+                gps[run, i],
+                gps_m2,
+                count[i],
+                neighbour[i],
+                ranges[run, i],
+                variance[run, i],
+                place_x[run, i],
+                place_y[run, i],
+                shared[run, i],
+            )
+            for q in range(4):
+                a[i, q * LANES + run] = own[q // 2, q % 2]
+            xx, xy, yy = p[run, i, 0], p[run, i, 1], p[run, i, 2]
+            least_m2[i, run] = (xx * yy - xy * xy) / (xx + yy)
+    pass_on(block, linked, seat, a, least_m2)
+    fuse_pairs(x, p, block, linked, seat, pairs_of(count, neighbour), ranges, variance)
 
 
 class SecondOrder:
@@ -257,7 +153,7 @@ class SecondOrder:
     Parameters
     ----------
     cars : int
-        Cars in the trace.
+        Cars on the road at once, at most.
     sigma_velocity : float
         Noise of the measured velocity per axis in m/s.
     """
@@ -270,12 +166,11 @@ class SecondOrder:
         if cars > MOST_CARS:
             raise OptionError(
                 f"the second-order filter keeps the correlations of {MOST_CARS} cars at most",
-                f"a trace of {cars} cars",
+                f"{cars} cars on the road at once",
                 "cut the trace, or use the estimators ekf or gcpso",
             )
         self.sigma_velocity = sigma_velocity
-        self._cars = cars
-        self._cross = np.zeros((0, cars, cars, 2, 2))
+        self._common = Correlations(0)
 
     def start(self, gps: Floats, variance_m2: float) -> State:
         """Return a place of which nothing is known: the first update takes the fix."""
@@ -287,28 +182,38 @@ class SecondOrder:
 
     def update(self, predicted: State, heard: Measurements) -> State:
         """Return the state after all measurements of the step."""
-        n = heard.car.size
-        if len(self._cross) != heard.runs:
-            self._cross = np.zeros((heard.runs, self._cars, self._cars, 2, 2))
+        n, runs = heard.car.size, heard.runs
+        groups = -(-runs // LANES)
+        if self._common.groups != groups:
+            self._common = Correlations(groups)
         x, p = predicted.position.copy(), predicted.covariance.copy()
-        unknown = p[:n, 0] >= DIFFUSE_M2
-        for run in range(heard.runs):
-            rows, cross = slice(run * n, (run + 1) * n), self._cross[run]
-            cross[heard.car[unknown]] = 0.0
-            cross[:, heard.car[unknown]] = 0.0
+        seat = self._common.seat(heard.car, p[:n, 0] >= DIFFUSE_M2)
+        by_run = [
+            each.reshape(runs, n, *each.shape[1:])
+            for each in (
+                x,
+                p,
+                heard.gps,
+                heard.range_m,
+                heard.range_variance_m2,
+                heard.x,
+                heard.y,
+                heard.shared,
+            )
+        ]
+        for group in range(groups):
+            some = slice(group * LANES, (group + 1) * LANES)
+            own_x, own_p, gps, *heard_of = (each[some] for each in by_run)
             _update(
-                x[rows],
-                p[rows],
-                cross,
-                heard.car,
-                heard.gps[rows],
+                own_x,
+                own_p,
+                self._common.block[group],
+                self._common.linked[group],
+                seat,
+                gps,
                 heard.gps_variance_m2,
-                heard.count[rows],
-                heard.neighbour[rows],
-                heard.range_m[rows],
-                heard.range_variance_m2[rows],
-                heard.x[rows],
-                heard.y[rows],
-                heard.shared[rows],
+                heard.count[:n],
+                heard.neighbour[:n],
+                *heard_of,
             )
         return State(x, p)

@@ -68,8 +68,9 @@ def test_two_workers_give_the_same_bits_as_one():
     )
 
 
-def test_runs_do_not_depend_on_the_block_they_are_computed_in():
-    case = Case("proposed", "ekf", 0.2, 15.0)
+@pytest.mark.parametrize("estimator", ["ekf", "second_order"])
+def test_runs_do_not_depend_on_the_block_they_are_computed_in(estimator):
+    case = Case("proposed", estimator, 0.2, 15.0)
     work = Work([small_town()], PositioningOptions(), 1)
     piece = work.blocks(0, case, 6)[0]
     whole = work(piece)
