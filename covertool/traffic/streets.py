@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -34,7 +35,11 @@ _OTHER_PRIORITY = 4
 _SLACK_M = 1.0
 """How far beyond the kerb of another street an end may stop and still join it."""
 _SAME_M = 0.5
-"""Cuts of a line closer than this are one junction."""
+"""Lines closer than this touch."""
+_JUNCTION_M = 4.0
+"""Meetings of streets closer than this are one junction."""
+_STUB_M = 25.0
+"""A dead end shorter than this is no street, but a line that runs on past its junction."""
 
 
 @dataclass(frozen=True)
@@ -87,6 +92,7 @@ def network_from_streets(
         "--node-files=streets.nod.xml",
         "--edge-files=streets.edg.xml",
         "--type-files=streets.typ.xml",
+        "--junctions.join",
         "--output.street-names",
         "--no-turnarounds.except-deadend",
         *(["--lefthand"] if left_hand else []),
@@ -141,6 +147,8 @@ def _meeting(
         gap = shapely.distance(lines[other], point)
         if other == row or gap > widths_m[other] / 2 + _SLACK_M:
             continue
+        if shapely.dwithin(lines[other].boundary, point, _SAME_M):
+            continue  # two ends that meet: both may still have to reach a third street
         if best is None or gap < best[0]:
             place = lines[other].interpolate(lines[other].project(point))
             best = float(gap), shapely.get_coordinates(place)[0]
@@ -157,10 +165,24 @@ def _cut(lines: Objects) -> tuple[Floats, list[_Piece]]:
         ]
         for k in range(len(along) - 1):
             piece = substring(lines[row], along[k], along[k + 1])
-            if numbers[k] != numbers[k + 1] or piece.length > 2 * _SAME_M:
+            if numbers[k] != numbers[k + 1] or piece.length > 2 * _JUNCTION_M:
                 line = shapely.LineString(shapely.get_coordinates(piece))
                 pieces.append(_Piece(f"{row}.{k}", numbers[k], numbers[k + 1], row, line))
-    return np.array(places), pieces
+    return np.array(places), _without_stubs(pieces)
+
+
+def _without_stubs(pieces: list[_Piece]) -> list[_Piece]:
+    """Return the pieces without short dead ends that hang on a junction."""
+    arms: Counter[int] = Counter()
+    for piece in pieces:
+        arms.update((piece.start, piece.end))
+    return [
+        piece
+        for piece in pieces
+        if piece.line.length >= _STUB_M
+        or (arms[piece.start] > 1 and arms[piece.end] > 1)
+        or max(arms[piece.start], arms[piece.end]) < 3
+    ]
 
 
 def _cuts(lines: Objects) -> list[Floats]:
@@ -190,7 +212,7 @@ def _merged(along: Floats) -> Floats:
     """Return cuts without those that follow another too closely; both ends stay."""
     kept = [along[0]]
     for at in along[1:-1]:
-        if at - kept[-1] > _SAME_M and along[-1] - at > _SAME_M:
+        if at - kept[-1] > _JUNCTION_M and along[-1] - at > _JUNCTION_M:
             kept.append(at)
     return np.array([*kept, along[-1]])
 
@@ -200,7 +222,7 @@ def _number(places: list[Floats], place: Floats) -> int:
     if places:
         gaps = np.hypot(*(np.array(places) - place).T)
         nearest = int(np.argmin(gaps))
-        if gaps[nearest] <= 2 * _SAME_M:
+        if gaps[nearest] <= _JUNCTION_M:
             return nearest
     places.append(place)
     return len(places) - 1
