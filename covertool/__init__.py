@@ -22,6 +22,7 @@ _PUBLIC = {
     "extract_vehicles": "covertool.extract.vehicles",
     "coverage_levels": "covertool.coverage",
     "occupancy_table": "covertool.congestion.occupancy",
+    "simulate": "covertool.traffic.simulation",
     "export": "covertool.report.export",
 }
 

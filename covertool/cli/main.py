@@ -20,6 +20,7 @@ VERBS = (
     "congestion_map",
     "anchors_parked",
     "anchors_queue",
+    "simulate",
     "export",
     "report",
     "convert",

@@ -41,6 +41,7 @@ class Asked:
     anchors_as: str
     timeout_s: float
     along_m: float | None
+    allow_unheard: bool
     queue_anchors: bool
 
     @property
@@ -69,6 +70,7 @@ class Case:
     source: str
     synthetic: bool
     files: tuple[Path, ...]
+    study: Path | None
 
 
 def check(asked: Asked) -> None:
@@ -150,20 +152,17 @@ def _recorded(asked: Asked) -> Case:
     if asked.along_m is not None:
         anchors = anchors_on_way(anchors, mobility.trace, asked.along_m)
     read = [asked.fcd, *([asked.net] if asked.net else []), *files]
-    return Case((mobility,), anchors, "recorded", str(asked.fcd), False, tuple(read))
+    return Case((mobility,), anchors, "recorded", str(asked.fcd), False, tuple(read), asked.study)
 
 
 def _driven(asked: Asked, *, synthetic: bool = False) -> Case:
     from covertool.traffic.mobility import drive
-    from covertool.traffic.vicinity import anchors_along
 
     with tempfile.TemporaryDirectory(prefix="covertool-") as folder:
         network, source = _network(asked, Path(folder))
         anchors, files = _anchors(asked, network.crs.to_wkt())
         demands = [_demand(asked, network, seed) for seed in asked.traffic_seeds]
-        if demands[0].circuit:
-            edges = dict.fromkeys(edge for demand in demands for edge in demand.circuit)
-            anchors = anchors_along(anchors, network, edges, distance_m=_along_m(asked))
+        anchors = _along(asked, anchors, network, demands)
         mobilities = []
         for seed, demand in zip(asked.traffic_seeds, demands, strict=True):
             with progress("SUMO drives", round(demand.horizon_s)) as advance:
@@ -172,14 +171,31 @@ def _driven(asked: Asked, *, synthetic: bool = False) -> Case:
                         network,
                         demand,
                         seed=seed,
-                        anchors=anchors if asked.anchors_as == "parked" else None,
+                        anchors=anchors,
                         anchors_as=asked.anchors_as,
                         timeout_s=asked.timeout_s,
                         on_time=_steps(advance),
                     )
                 )
     read = (source, *asked.routes, *files)
-    return Case(tuple(mobilities), anchors, asked.kind, str(source), synthetic, read)
+    return Case(tuple(mobilities), anchors, asked.kind, str(source), synthetic, read, asked.study)
+
+
+def _along(asked: Asked, anchors: Anchors, network: Network, demands: Sequence[Demand]) -> Anchors:
+    """Return the anchors along the street circuit, or those in the net for a user's routes."""
+    from covertool.errors import GeometryError
+    from covertool.traffic.vicinity import anchors_along, require_inside
+
+    try:
+        edges = dict.fromkeys(edge for demand in demands for edge in demand.circuit)
+        if not edges:
+            require_inside(anchors, network)
+            return anchors
+        return anchors_along(anchors, network, edges, distance_m=_along_m(asked))
+    except GeometryError:
+        if asked.allow_unheard and len(anchors):
+            return anchors
+        raise
 
 
 def _along_m(asked: Asked) -> float:

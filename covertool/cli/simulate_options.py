@@ -87,6 +87,12 @@ Layouts = Annotated[
 ]
 
 # The experiment.
+Radii = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--radius", metavar="METRES", help="Communication zone (repeatable; 15, campus also 100)."
+    ),
+]
 Arms = Annotated[
     list[str] | None,
     typer.Option(
@@ -144,6 +150,10 @@ Scheduler = Annotated[
 ]
 
 # What is written.
+Table = Annotated[
+    Path | None,
+    typer.Option("--table", metavar="FILE", help="All results, one row each (.csv .parquet)."),
+]
 Traces = Annotated[
     Path | None,
     typer.Option(

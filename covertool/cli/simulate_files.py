@@ -1,0 +1,218 @@
+"""What `covertool simulate` writes: a study, tables, traces, files for SUMO, figures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from covertool.cli.console import say
+from covertool.cli.simulate_output import result_frames
+from covertool.cli.whence import whence
+
+if TYPE_CHECKING:
+    from covertool.cli.simulate_case import Case
+    from covertool.cli.simulate_experiment import Experiment
+    from covertool.model import PositionTracks
+    from covertool.traffic.simulation import Simulation
+
+
+@dataclass(frozen=True)
+class Files:
+    """The files that were asked for."""
+
+    output: Path | None
+    into: Path | None
+    overwrite: bool
+    table: Path | None
+    traces: Path | None
+    trace_runs: int
+    additional: Path | None
+    fcd_out: Path | None
+    edge_data: Path | None
+    plot: Path | None
+    plot_density: Path | None
+
+    def check(self, *, recorded: bool) -> None:
+        """Refuse files that may not be written and options that do not fit, at once."""
+        from covertool.gis.figure import FIGURE_FORMATS
+        from covertool.gis.formats import VECTOR_FORMATS
+        from covertool.gis.guard import output_file
+        from covertool.gis.records import RECORD_FORMATS
+        from covertool.traffic import sumo_files
+
+        if self.output is not None and self.into is not None:
+            raise typer.BadParameter("use -o or --into, not both", param_hint="--into")
+        if self.edge_data is not None and recorded:
+            raise typer.BadParameter("a recorded trace has no edgeData", param_hint="--edge-data")
+        for path, formats in (
+            (self.output, VECTOR_FORMATS),
+            (self.table, RECORD_FORMATS),
+            (self.traces, RECORD_FORMATS),
+            (self.additional, sumo_files.ADDITIONAL_FORMATS),
+            (self.fcd_out, sumo_files.FCD_FORMATS),
+            (self.edge_data, sumo_files.FCD_FORMATS),
+            (self.plot, FIGURE_FORMATS),
+            (self.plot_density, FIGURE_FORMATS),
+        ):
+            if path is not None:
+                output_file(path, formats, overwrite=self.overwrite)
+
+    def write(
+        self, case: Case, experiment: Experiment, found: Simulation, *, named: bool, workers: int
+    ) -> None:
+        """Write all files that were asked for."""
+        self._write_layers(case, experiment, found)
+        self._write_tables(experiment, found, workers)
+        self._write_for_sumo(case, experiment, found)
+        self._write_figures(case, experiment, found, named, workers)
+
+    def _write_layers(self, case: Case, experiment: Experiment, found: Simulation) -> None:
+        if self.output is None and self.into is None:
+            return
+        from covertool.gis.study import inherited_metadata
+        from covertool.gis.write import write_layers
+        from covertool.traffic.trajectories import trajectories
+
+        files = list(case.files)
+        metadata = {**inherited_metadata(files), **whence(files).to_metadata()}
+        mobility = found.mobilities[0]
+        lines = trajectories(mobility.trace, mobility.crs, found.met[0], found.report.cars)
+        layers: dict[str, Any] = {"trajectories": lines}
+        if self.into is not None:
+            layers |= result_frames(found)
+            write_layers(self.into, layers, into=True, metadata=metadata)
+        elif self.output is not None:
+            if self.output.suffix.lower() == ".gpkg":
+                layers = {"anchors": found.anchors.to_frame(), **layers, **result_frames(found)}
+            write_layers(
+                self.output, layers, overwrite=self.overwrite, metadata=metadata, inputs=files
+            )
+        say(f"wrote {', '.join(layers)} to {self.into or self.output}")
+
+    def _write_tables(self, experiment: Experiment, found: Simulation, workers: int) -> None:
+        from covertool.gis.records import write_records
+
+        if self.table is not None:
+            write_records(self.table, [found.to_frame()], overwrite=self.overwrite)
+            say(f"wrote the results to {self.table}")
+        if self.traces is not None:
+            tracks = _follow(experiment, found, runs=self.trace_runs, workers=workers)
+            frames = (_track_frame(each) for each in tracks)
+            rows = write_records(self.traces, frames, overwrite=self.overwrite)
+            say(f"wrote {rows:,} steps to {self.traces}")
+
+    def _write_for_sumo(self, case: Case, experiment: Experiment, found: Simulation) -> None:
+        from covertool.traffic.sumo_files import write_additional, write_estimated_fcd
+
+        mobility = found.mobilities[0]
+        network, overwrite = mobility.network, self.overwrite
+        if self.additional is not None:
+            levels = _regions(case, found, experiment.radii_m[0])
+            write_additional(
+                self.additional, found.anchors, levels, network=network, overwrite=overwrite
+            )
+            say(f"wrote {len(found.anchors)} anchors and their coverage to {self.additional}")
+        if self.fcd_out is not None:
+            arm = "proposed" if "proposed" in experiment.arms else experiment.arms[0]
+            (tracks,) = _follow(experiment, found, runs=1, workers=1, only=arm)
+            write_estimated_fcd(
+                self.fcd_out, tracks, mobility.trace, network=network, overwrite=overwrite
+            )
+            say(f"wrote the estimates of {_case_text(tracks)} to {self.fcd_out}")
+        if self.edge_data is not None:
+            from covertool.gis.guard import replacing
+
+            with replacing(self.edge_data) as temporary:
+                temporary.write_bytes(mobility.edge_data or b"")
+            say(f"wrote SUMO's edgeData to {self.edge_data}")
+
+    def _write_figures(
+        self, case: Case, experiment: Experiment, found: Simulation, named: bool, workers: int
+    ) -> None:
+        from covertool.gis.figure import write_figure
+
+        if self.plot is not None:
+            from covertool.report.positioning import error_over_time
+
+            cars = found.vehicles if named else found.vehicles[:1]
+            tracks = _follow(experiment, found, runs=experiment.runs, cars=cars, workers=workers)
+            write_figure(self.plot, error_over_time(tracks, cars), overwrite=self.overwrite)
+            say(f"wrote {self.plot}")
+        if self.plot_density is not None:
+            from covertool.report.positioning import density_figure
+
+            synthetic = ", synthetic" if case.synthetic else ""
+            title = (
+                f"{case.kind}{synthetic}, zone {experiment.radii_m[0]:g} m, "
+                f"{found.report.scenarios} layouts, {found.report.runs} noise runs each"
+            )
+            figure = density_figure(found.densities(), title=title)
+            write_figure(self.plot_density, figure, overwrite=self.overwrite)
+            say(f"wrote {self.plot_density}")
+
+
+DRIVEN_M = 10.0
+"""Where a study has no transit area, the coverage is drawn this far around the cars' places."""
+
+
+def _regions(case: Case, found: Simulation, radius_m: float) -> dict[int, Any]:
+    """Return the regions of Levels 1 to 3 in the study's transit area, else where cars drove."""
+    import shapely
+
+    from covertool.coverage.regions import level_regions
+    from covertool.gis.read import read_transit
+    from covertool.gis.study import layer_names
+    from covertool.model import TransitArea
+
+    mobility = found.mobilities[0]
+    if case.study is not None and "transit" in layer_names(case.study):
+        transit = read_transit(f"{case.study}:transit", dst_crs=mobility.crs)
+    else:
+        places = shapely.points(mobility.trace.x_m, mobility.trace.y_m)
+        driven = shapely.union_all(shapely.buffer(places, DRIVEN_M, quad_segs=4))
+        area = shapely.MultiPolygon(list(shapely.get_parts(driven)))
+        transit = TransitArea(area, mobility.crs)
+    return dict(level_regions(found.anchors, transit, radius_m))
+
+
+def _follow(
+    experiment: Experiment,
+    found: Simulation,
+    *,
+    runs: int,
+    workers: int,
+    cars: tuple[str, ...] = (),
+    only: str | None = None,
+) -> list[PositionTracks]:
+    from covertool.traffic.estimates import follow, track_cases
+
+    arms = experiment.arms if only is None else (only,)
+    cases = track_cases(arms, experiment.estimators, experiment.sigmas_m, experiment.radii_m)
+    if only is not None:
+        cases = cases[:1]
+    return follow(
+        found.scenarios[0], cases, runs=runs, seed=experiment.seed, options=experiment.options,
+        vehicles=cars, workers=workers,
+    )  # fmt: skip
+
+
+def _track_frame(tracks: PositionTracks) -> Any:
+    frame = tracks.to_frame()
+    frame["error_m"] = tracks.error_m
+    for place, name in enumerate(("arm", "estimator", "sigma_range_m", "radius_m")):
+        value = getattr(tracks, name)
+        missing = "" if name == "estimator" else float("nan")
+        frame.insert(place, name, missing if value is None else value)
+    return frame
+
+
+def _case_text(tracks: PositionTracks) -> str:
+    if tracks.estimator is None:
+        return tracks.arm
+    return (
+        f"{tracks.arm}, {tracks.estimator}, range noise {tracks.sigma_range_m:g} m, "
+        f"zone {tracks.radius_m:g} m, first run"
+    )
