@@ -14,7 +14,8 @@ TRANSIT_COLOUR = "#4f81bd"
 PARKED_COLOUR = "#000000"
 BUILDING_COLOUR = "#d9d6d0"
 
-_CAR_LENGTH_M = 4.4
+CAR_DIAMETER_M = 3.2
+"""Of a disc with the area that a car of 4.4 m by 1.8 m takes."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,7 @@ LAYER_STYLES = {
     "coverage_level_2": Style("fill", LEVEL_COLOURS[2], title="Level 2: two"),
     "coverage_level_3": Style("fill", LEVEL_COLOURS[3], title="Level 3: three or more"),
     "transit": Style("fill", TRANSIT_COLOUR, title="transit area"),
-    "anchors": Style("marker", PARKED_COLOUR, 1.0, 1.0, _CAR_LENGTH_M, title="anchors"),
+    "anchors": Style("marker", PARKED_COLOUR, 1.0, 1.0, CAR_DIAMETER_M, title="anchors"),
     "vehicles": Style("fill", PARKED_COLOUR, title="vehicles"),
     "segments": Style("line", "#5b2a86", size_mm=0.6, title="monitored segments"),
     "trajectories": Style("line", "#0b7a5e", size_mm=0.4, title="trajectories"),

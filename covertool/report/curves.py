@@ -61,7 +61,7 @@ def level_curves(curves: Sequence[LevelCurve], *, footnote: str = "") -> Figure:
     handles, labels = panels[0].get_legend_handles_labels()
     if footnote:
         figure.supxlabel(footnote, fontsize=7, x=0.01, ha="left")
-    figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=8, frameon=False)
+    figure.legend(handles, labels, loc="outside upper center", ncols=4, fontsize=8, frameon=False)
     return figure
 
 

@@ -16,7 +16,13 @@ from matplotlib.path import Path
 
 from covertool import crs as crs_door
 from covertool.errors import OptionError
-from covertool.gis.styles import BUILDING_COLOUR, LEVEL_COLOURS, PARKED_COLOUR, TRANSIT_COLOUR
+from covertool.gis.styles import (
+    BUILDING_COLOUR,
+    CAR_DIAMETER_M,
+    LEVEL_COLOURS,
+    PARKED_COLOUR,
+    TRANSIT_COLOUR,
+)
 from covertool.model import Bounds
 
 if TYPE_CHECKING:
@@ -39,7 +45,6 @@ _LINES = (
     ("segments", TRANSIT, 1.8, "monitored streets"),
     ("trajectories", TRANSIT, 1.2, "drives"),
 )
-_CAR_DIAMETER_M = 3.2  # a disc of the area that a car of 4.4 m by 1.8 m takes
 _TALLEST = 1.6  # height of a map over its width; a page is about that
 
 
@@ -184,7 +189,7 @@ def _draw_anchors(
 ) -> Line2D:
     """Draw cars as dots of a car's area; the one in the legend is seen at any scale."""
     points = frame.geometry
-    car_pt = _CAR_DIAMETER_M / map_width_m * width_in * 72
+    car_pt = CAR_DIAMETER_M / map_width_m * width_in * 72
     size = max(car_pt, 0.7) ** 2
     axes.scatter(points.x, points.y, s=size, c=PARKED, linewidths=0, zorder=3)
     origins = set(frame["origin"]) if "origin" in frame.columns else {"parked"}

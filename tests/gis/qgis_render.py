@@ -5,7 +5,8 @@ Run by the Python that has QGIS, not by the project's own:
     QT_QPA_PLATFORM=offscreen /usr/bin/python3 qgis_render.py STUDY.gpkg MAP.png [X0,Y0,X1,Y1]
 
 Areas are drawn first, then lines, then points, each kind in the order of the file; how they look
-is what their own style says. Prints one JSON object: for each layer its validity, count, kind of geometry and colours.
+is what their own style says. Prints one JSON object: for each layer its validity, count, kind of
+geometry and colours.
 """
 
 import json
