@@ -9,6 +9,7 @@ import numpy as np
 
 from covertool.model import Floats
 from covertool.positioning.hearing import Step
+from covertool.positioning.inverse import inverse
 from covertool.positioning.kernel import kernel
 from covertool.positioning.noise import ANCHOR_BIT, Indices
 from covertool.positioning.ranging import RangeModel
@@ -105,11 +106,6 @@ def _add_ranges(
                 j[b + 1, a + 1] -= yy
 
 
-def _inverse(matrix: Floats) -> Floats:
-    inverse: Floats = np.asarray(np.linalg.inv(matrix), dtype=np.float64)
-    return inverse
-
-
 class JointBound:
     """Posterior Cramér-Rao bound of all cars together (Tichavsky, Muravchik and Nehorai 1998).
 
@@ -155,9 +151,9 @@ class JointBound:
             if step.car.size > MOST_CARS:
                 return False
             p = self._predict(step)
-            j = _inverse(p)
+            j = inverse(p)
             self._measure(j, step)
-            self._p = _inverse(j)
+            self._p = inverse(j)
             self._place[:] = -1
             self._place[step.car] = np.arange(step.car.size)
             diagonal = np.diagonal(self._p)[: step.car.size * self._size].reshape(-1, self._size)

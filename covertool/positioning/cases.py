@@ -85,7 +85,7 @@ class Work:
         return Filtering(
             steps,
             self._site_of(piece),
-            _estimator(case, options, int(np.diff(steps.start).max())),
+            _estimator(case, options, self.most_cars(piece.scenario)),
             options,
             case.radius_m,
             _range_model(options, case),
@@ -93,6 +93,10 @@ class Work:
             piece.first_run,
             piece.runs,
         )
+
+    def most_cars(self, scenario: int) -> int:
+        """Return how many cars are on the road at once, at most."""
+        return int(np.diff(self.steps[scenario].start).max())
 
     def _site_of(self, piece: Piece) -> Site:
         return self.sites[piece.scenario] if piece.case.arm == "proposed" else _site(None)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import logging
 import math
 import time
 from collections.abc import Callable, Sequence
@@ -17,7 +18,7 @@ from covertool.model import (
     PositioningReport,
     PositioningResult,
 )
-from covertool.positioning.bound import JointBound
+from covertool.positioning.bound import MOST_CARS, JointBound
 from covertool.positioning.cases import (
     ARMS,
     RANGING_ARMS,
@@ -35,6 +36,8 @@ from covertool.positioning.statistics import Sums, improvement, statistics_of
 from covertool.spread import Ledger, spread
 
 ALL = "all"
+
+logger = logging.getLogger(__name__)
 
 
 def position_errors(
@@ -67,7 +70,8 @@ def position_errors(
     seed : of the noise, 0 to 4294967295
     options : how the paper is read; the defaults when None
     vehicles : ids of the cars that are also reported one by one
-    bound : compute the posterior Cramér-Rao bound
+    bound : compute the posterior Cramér-Rao bound; with more than ``bound.MOST_CARS`` cars on the
+        road at once it is left out, with a warning
     workers, scheduler, ledger, on_done : see :func:`covertool.spread.spread`; they do not change
         a bit of the result
     on_start : called once with the number of pieces of which ``on_done`` tells
@@ -108,6 +112,22 @@ def position_errors(
     return dataclasses.replace(
         report, estimate_seconds=seconds[0], bound_seconds=seconds[1] if bound else None
     )
+
+
+def _warn_of_missing_bounds(
+    work: Work, pieces: Sequence[Piece], found: Sequence[Sums | JointBound | None]
+) -> None:
+    """Say why a bound is missing; a filter that looks back has none, and needs no word."""
+    for piece, result in zip(pieces, found, strict=True):
+        most = work.most_cars(piece.scenario)
+        if result is None and most > MOST_CARS:
+            logger.warning(
+                "the bound is left out: %d cars are on the road at once, and it is computed for "
+                "%d at most",
+                most,
+                MOST_CARS,
+            )
+            return
 
 
 def _cases(

@@ -1,18 +1,22 @@
 """The posterior Cramér-Rao bound: closed forms, a linear filter, and gtsam's marginals."""
 
+import logging
 import math
 
 import numpy as np
 import pytest
 
-from covertool.positioning.bound import JointBound, crlb_m, pdop, place_information
+from covertool.positioning.bound import MOST_CARS, JointBound, crlb_m, pdop, place_information
+from covertool.positioning.cases import Scenario
 from covertool.positioning.ekf import Ekf
+from covertool.positioning.experiment import position_errors
 from covertool.positioning.hearing import Hearing, Step, steps_of
+from covertool.positioning.inverse import inverse
 from covertool.positioning.neighbours import Selection, anchor_codes
 from covertool.positioning.options import PositioningOptions
 from covertool.positioning.ranging import RangeModel
 
-from .scenes import filtering, straight
+from .scenes import filtering, nowhere, straight
 
 NOBODY = np.zeros((0, 2))
 
@@ -33,6 +37,19 @@ def step(time, position, neighbour, *, new=False):
         np.zeros(n, bool),
         chosen,
     )
+
+
+@pytest.mark.parametrize("n", [1, 7, 8, 9, 40])
+def test_the_inverse_is_that_of_lapack_and_keeps_clusters_apart(n):
+    rng = np.random.default_rng(n)
+    a = rng.normal(size=(n, n))
+    a = a @ a.T + np.eye(n)
+    np.testing.assert_allclose(inverse(a), np.linalg.inv(a), rtol=1e-9, atol=1e-9)
+    both = np.zeros((2 * n, 2 * n))
+    both[::2, ::2], both[1::2, 1::2] = a, 2 * a  # two clusters whose rows alternate
+    found = inverse(both)
+    assert (found[::2, 1::2] == 0.0).all()
+    np.testing.assert_allclose(found[::2, ::2], 2 * found[1::2, 1::2], rtol=1e-9, atol=1e-9)
 
 
 def bound_of(cars, *, gps_m=6.0, correlation=0.0, odometry_m=0.5, anchors=NOBODY, sigma_m=0.2):
@@ -145,6 +162,16 @@ def test_the_joint_bound_equals_the_marginals_of_gtsam():
     marginals = gtsam.Marginals(graph, truth)
     expected = [np.trace(marginals.marginalCovariance(10 * 5 + i)) for i in range(3)]
     assert bound.squared_m2 - before == pytest.approx(expected, rel=1e-4)
+
+
+def test_a_missing_bound_of_too_many_cars_is_null_with_a_warning(caplog):
+    logging.getLogger("covertool").propagate = True  # the command line may have cut it
+    trace = straight(cars=MOST_CARS + 1, steps=1)
+    small = {"arms": ("gps",), "runs": 1}
+    report = position_errors([Scenario(trace, nowhere())], **small)
+    assert report.results[0].bound_rmse_m is None
+    assert report.results[0].rmse_over_bound is None
+    assert f"{MOST_CARS + 1} cars" in caplog.text
 
 
 def test_crlb_is_the_ranging_noise_times_pdop_and_infinite_on_one_line():
