@@ -179,7 +179,7 @@ def write_csv(path: str | Path, sheet: Sheet, *, overwrite: bool = False) -> Non
         guard.replacing(checked) as temporary,
         temporary.open("w", encoding="utf-8", newline="") as file,
     ):
-        writer = csv.writer(file, lineterminator="\n")
+        writer = csv.writer(file)  # RFC 4180: lines end in CRLF, so that a lone CR is quoted
         writer.writerow([heading.name for heading in sheet.headings])
         writer.writerows([_csv_cell(cell) for cell in row] for row in sheet.rows)
 
