@@ -7,7 +7,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 import shapely
 
-from covertool.model import Anchors
+from covertool.model import Anchors, Floats
 from covertool.traffic.edges import Network
 
 ANCHORS_AS = ("points", "parked")
@@ -37,24 +37,28 @@ def parked_cars(anchors: Anchors, network: Network, begin_s: float) -> tuple[lis
     tree = shapely.STRtree([shapely.LineString(network.edges[name].shape) for name in names])
     places = np.asarray(shapely.points(anchors.x_m, anchors.y_m), dtype=object)
     nearest = tree.nearest(places)
-    x, y = network.projection.to_net(anchors.x_m, anchors.y_m)
     areas, cars = [], []
     for row, chosen in enumerate(nearest):
         edge = network.edges[names[int(chosen)]]
         line = tree.geometries[chosen]
         along = float(line.project(places[row]))
+        heading = _heading(line, along)
+        # SUMO puts the front bumper on the space; the anchor is the middle of the car.
+        front_m = shapely.get_coordinates(places[row])[0] + heading * _CAR_M[0] / 2
+        x, y = network.projection.to_net(front_m[:1], front_m[1:])
         at_m = along * edge.length_m / float(line.length)
         start_m = min(max(at_m - _HALF_AREA_M, 0.0), max(edge.length_m - 2 * _HALF_AREA_M, 0.0))
         end_m = min(start_m + 2 * _HALF_AREA_M, edge.length_m)
-        angle = (180.0 - _heading_deg(line, along)) % 360.0
+        angle = (180.0 - float(np.degrees(np.arctan2(*heading)))) % 360.0
         name = quoteattr(PARKED + str(anchors.id[row]))
         areas.append(
             f'<parkingArea id={name} lane="{edge.id}_{edge.lanes[0]}" startPos="{start_m:.2f}" '
-            f'endPos="{end_m:.2f}" roadsideCapacity="0"><space x="{x[row]:.3f}" y="{y[row]:.3f}" '
+            f'endPos="{end_m:.2f}" roadsideCapacity="0"><space x="{x[0]:.3f}" y="{y[0]:.3f}" '
             f'length="{_CAR_M[0]}" width="{_CAR_M[1]}" angle="{angle:.2f}"/></parkingArea>'
         )
         cars.append(
-            f'<vehicle id={name} type="parked" depart="{begin_s:.2f}" departPos="stop">'
+            f'<vehicle id={name} type="parked" depart="{begin_s:.2f}" departPos="stop" '
+            'insertionChecks="none">'
             f'<route edges={quoteattr(edge.id)}/><stop parkingArea={name} duration="1000000"/>'
             "</vehicle>"
         )
@@ -66,9 +70,9 @@ def parked_type() -> str:
     return f'<vType id="parked" vClass="passenger" length="{_CAR_M[0]}" width="{_CAR_M[1]}"/>'
 
 
-def _heading_deg(line: shapely.LineString, along: float) -> float:
-    """Return the heading of a line at a place, clockwise from north."""
+def _heading(line: shapely.LineString, along: float) -> Floats:
+    """Return the direction (east, north) of a line at a place, one metre long."""
     at = min(along, float(line.length) - 0.1)
     ends = shapely.get_coordinates([line.interpolate(at), line.interpolate(at + 0.1)])
-    east, north = ends[1] - ends[0]
-    return float(np.degrees(np.arctan2(east, north)))
+    step: Floats = (ends[1] - ends[0]) / float(np.hypot(*(ends[1] - ends[0])))
+    return step

@@ -45,7 +45,8 @@ class SumoRun:
     rows : floating car data of all vehicles
     edge_data : SUMO's edgeData, without the comment that holds the time of writing
     version, seconds : of SUMO, and how long it ran
-    end_s, loaded, inserted, running : at the end of the simulation
+    end_s, running : at the end of the simulation
+    loaded, inserted : vehicles that were due, and those that found room to enter
     teleports, collisions : how many SUMO counted
     teleported, collided : the vehicles that it names
     """
@@ -180,7 +181,7 @@ class _Files:
         if not told["inserted"]:
             raise GeometryError(
                 "no vehicles entered the net",
-                f"{told['loaded']:g} loaded, {demand.begin_s:g} to {end_s:g} s",
+                f"{told['waiting']:g} waiting, {demand.begin_s:g} to {end_s:g} s",
                 "let some depart within the horizon",
             )
         rows = read_rows(self._fcd)
@@ -192,7 +193,8 @@ class _Files:
             version=version,
             seconds=seconds,
             end_s=told["end"],
-            loaded=int(told["loaded"]),
+            # SUMO's own "loaded" also counts cars that are due after the end.
+            loaded=int(told["waiting"] + told["inserted"]),
             inserted=int(told["inserted"]),
             running=int(told["running"]),
             teleports=int(told["teleports"]),
@@ -227,7 +229,7 @@ def _statistics(path: Path) -> dict[str, float]:
     found: dict[str, float] = {}
     wanted = {
         "performance": {"end": "end"},
-        "vehicles": {"loaded": "loaded", "inserted": "inserted", "running": "running"},
+        "vehicles": {"waiting": "waiting", "inserted": "inserted", "running": "running"},
         "teleports": {"total": "teleports"},
         "safety": {"collisions": "collisions"},
     }
