@@ -16,7 +16,8 @@ import numpy as np
 import shapely
 from pyproj import CRS
 
-from covertool.coverage.tiles import plan_job, tiled_levels
+from covertool.coverage.tiled import tiled_levels
+from covertool.coverage.tiles import plan_job
 from covertool.gis.parquet import write_anchors
 from covertool.gis.sources import open_anchors, open_transit, write_transit
 from covertool.model import Anchors, TransitArea

@@ -99,6 +99,8 @@ def spread(
 ) -> list[Result]:
     """Return ``[function(piece) for piece in pieces]``, computed by one or many.
 
+    See `spread_in_order` for results that are too large to be held all at once.
+
     Parameters
     ----------
     function : callable
@@ -129,24 +131,58 @@ def spread(
     >>> spread(abs, [-1, 2, -3])
     [1, 2, 3]
     """
+    return list(
+        spread_in_order(
+            function,
+            pieces,
+            workers=workers,
+            scheduler=scheduler,
+            ledger=ledger,
+            on_done=on_done,
+        )
+    )
+
+
+def spread_in_order(
+    function: Callable[[Piece], Result],
+    pieces: Sequence[Piece],
+    *,
+    workers: int = 1,
+    scheduler: str | None = None,
+    ledger: Ledger | None = None,
+    on_done: Callable[[int], object] | None = None,
+) -> Iterator[Result]:
+    """Yield the results that `spread` returns, once all are computed.
+
+    With a ledger they wait on disk, and only one at a time is in memory.
+
+    Examples
+    --------
+    >>> list(spread_in_order(abs, [-1, 2, -3]))
+    [1, 2, 3]
+    """
     if workers < 1:
         raise OptionError(
             "there must be at least one worker", f"workers={workers}", "use 1 or more"
         )
-    results: dict[int, Result] = {}
-    if ledger is not None:
-        recalled = [(i, *ledger.recall(piece)) for i, piece in enumerate(pieces)]
-        results = {i: result for i, found, result in recalled if found}
-    todo = [i for i in range(len(pieces)) if i not in results]
-    if on_done is not None and results:
-        on_done(len(results))
+    kept: dict[int, Result] = {}
+    known = [ledger is not None and ledger.recall(piece)[0] for piece in pieces]
+    todo = [i for i, found in enumerate(known) if not found]
+    if on_done is not None and any(known):
+        on_done(sum(known))
     for i, result in _compute(function, pieces, todo, workers, scheduler):
-        results[i] = result
-        if ledger is not None:
+        if ledger is None:
+            kept[i] = result
+        else:
             ledger.record(pieces[i], result)
         if on_done is not None:
             on_done(1)
-    return [results[i] for i in range(len(pieces))]
+    for i, piece in enumerate(pieces):
+        if ledger is None:
+            yield kept.pop(i)
+        else:
+            found, result = ledger.recall(piece)
+            yield result if found else function(piece)
 
 
 def _compute(
@@ -177,9 +213,10 @@ def _on_processes(
         )
         try:
             futures = {pool.submit(function, pieces[i]): i for i in sorted(left)}
-            for future in as_completed(futures):
-                yield futures[future], future.result()
-                left.discard(futures[future])
+            for future in as_completed(list(futures)):
+                i = futures.pop(future)  # so that its result can go when it has been taken
+                yield i, future.result()
+                left.discard(i)
                 deaths = 0
         except BrokenProcessPool:
             deaths += 1

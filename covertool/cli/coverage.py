@@ -12,7 +12,13 @@ import typer
 from covertool.cli import options
 from covertool.cli.app import app
 from covertool.cli.console import print_json
-from covertool.cli.coverage_files import check_outputs, write_plot, write_results
+from covertool.cli.coverage_files import (
+    Target,
+    check_outputs,
+    write_layers_of,
+    write_plot,
+    write_results,
+)
 from covertool.cli.coverage_findings import Findings, Town
 from covertool.cli.coverage_output import json_content, print_findings
 from covertool.cli.coverage_radii import asked_radii, choose_radii, shares_of
@@ -129,34 +135,37 @@ def coverage(
     Without --radius and --device-class each anchor's own radius counts if all have one, else 15 m.
     Without -o and --into nothing is written. -o FILE.gpkg makes a whole study: anchors, transit
     and layers coverage_level_1, _2 and _3, with one row for each radius; another vector format
-    holds one layer of all levels; FILE.tif with --raster holds the levels as pixels.
-    Tiles (--workers, --scheduler, --tile, --resume) give the same table with bounded memory when
-    both files were written by covertool convert.
+    holds one layer of all levels; FILE.tif with --raster holds the levels as pixels. A GeoPackage
+    also takes the tables: coverage_summary, and _curve, _penetration and _zones if asked for.
+    Tiles (--workers, --scheduler, --tile, --resume) find the same with bounded memory when both
+    files were written by covertool convert; their level layers have one row for each tile.
     """
     begun = time.perf_counter()
     inputs = choose_inputs(study, anchors, transit)
+    curves = bool(curve or penetration)
+    check_outputs(output, into, raster, plot, curves=curves, overwrite=overwrite)
+    shares = shares_of(penetration)
+    asked_radii(radius, device_class)  # a misspelt radius is told before anything is read
+    target = Target(output, into, overwrite)
     if workers > 1 or scheduler or tile or resume:
-        _refuse_with_tiles(by=by, aoi=aoi, curve=curve, penetration=penetration, output=output,
-                           into=into, plot=plot)  # fmt: skip
-        from covertool.cli.coverage_tiles import run_tiles
+        _refuse_with_tiles(output, raster)
+        from covertool.cli.coverage_tiles import Asked, Tiling, run_tiles
 
+        wanted = output is not None or into is not None
         found = run_tiles(
-            inputs, radius, device_class, crs, dst_crs,
-            workers=workers, scheduler=scheduler, tile_m=tile, resume=resume,
-        )  # fmt: skip
+            inputs,
+            Asked(radius, device_class, by, aoi, curve, shares, regions=wanted),
+            crs,
+            dst_crs,
+            Tiling(workers, scheduler, tile, resume),
+            lambda findings, layers: write_layers_of(findings, layers, inputs, target),
+        )
     else:
-        curves = bool(curve or penetration)
-        check_outputs(output, into, raster, plot, curves=curves, overwrite=overwrite)
-        shares = shares_of(penetration)
-        asked_radii(radius, device_class)  # a misspelt radius is told before anything is read
         town = _read(inputs, radius, device_class, crs, dst_crs, aoi)
         found = _compute(town, curve, shares, by, inputs.transit)
-        pixels = write_results(
-            town, inputs, output=output, into=into, overwrite=overwrite, gsd_m=raster
-        )
-        found = replace(found, raster=pixels)
-        if plot is not None:
-            write_plot(found, plot, overwrite=overwrite)
+        found = replace(found, raster=write_results(town, found, inputs, target, gsd_m=raster))
+    if plot is not None:
+        write_plot(found, plot, overwrite=overwrite)
     if as_json:
         content = json_content(found, inputs)
         print_json("coverage", {**content, "seconds": time.perf_counter() - begun})
@@ -164,13 +173,13 @@ def coverage(
         print_findings(found)
 
 
-def _refuse_with_tiles(**given: object) -> None:
-    names = {"output": "-o", "into": "--into"}
-    refused = [names.get(name, f"--{name}") for name, value in given.items() if value is not None]
-    if refused:
+def _refuse_with_tiles(output: Path | None, raster: float | None) -> None:
+    if raster is not None:
+        raise typer.BadParameter("a raster is not made in tiles", param_hint="--raster")
+    if output is not None and output.suffix.lower() != ".gpkg":
         raise typer.BadParameter(
-            f"tiles give the table of levels only: leave out {', '.join(refused)}",
-            param_hint="--workers, --scheduler, --tile, --resume",
+            "tiles write their layers to a GeoPackage: name a .gpkg (covertool export converts it)",
+            param_hint="-o",
         )
 
 
@@ -184,13 +193,11 @@ def _read(
 ) -> Town:
     anchors, transit = read_inputs(inputs, crs, dst_crs)
     if aoi is not None:
-        import numpy as np
-
+        from covertool.cli.zones import AreaOfInterest
         from covertool.coverage.zones import clip_transit
-        from covertool.gis.read import read_polygons
 
-        shapes = read_polygons(aoi, dst_crs=transit.crs).geometry.array
-        transit = clip_transit(transit, np.asarray(shapes, dtype=object))
+        (shapes,) = AreaOfInterest(aoi, transit.crs).read().values()
+        transit = clip_transit(transit, shapes)
     return Town(anchors, transit, tuple(choose_radii(radius, device_class, anchors)))
 
 
@@ -210,9 +217,9 @@ def _compute(
 
         found = replace(found, penetration=penetration(anchors, area, radii, shares))
     if by is not None:
-        from covertool.cli.zones import read_zones
+        from covertool.cli.zones import ZonesOf
         from covertool.coverage.zones import zone_levels
 
-        zones = read_zones(by, transit, area.crs)
+        zones = ZonesOf(by, transit, area.crs).read()
         found = replace(found, zones=zone_levels(anchors, area, zones, radii))
     return found

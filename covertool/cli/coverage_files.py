@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -45,43 +47,59 @@ def check_outputs(
             output_file(plot, FIGURE_FORMATS, overwrite=overwrite)
 
 
+@dataclass(frozen=True)
+class Target:
+    """Where a run writes its layers or pixels, if anywhere."""
+
+    output: Path | None
+    into: Path | None
+    overwrite: bool
+
+
 def write_results(
-    town: Town,
-    inputs: Inputs,
-    *,
-    output: Path | None,
-    into: Path | None,
-    overwrite: bool,
-    gsd_m: float | None,
+    town: Town, found: Findings, inputs: Inputs, target: Target, *, gsd_m: float | None
 ) -> RasterFindings | None:
     """Write levels as layers or pixels; a new study also carries what they were computed from."""
-    if output is not None and gsd_m is not None:
-        return _write_raster(town, output, gsd_m, overwrite)
-    if output is not None or into is not None:
-        _write_levels(town, inputs.files(), output, into, overwrite)
+    if target.output is not None and gsd_m is not None:
+        return _write_raster(town, target.output, gsd_m, target.overwrite)
+    if target.output is not None or target.into is not None:
+        write_layers_of(found, _town_layers(town, target.output), inputs, target)
     return None
 
 
-def _write_levels(
-    town: Town, files: list[Path], output: Path | None, into: Path | None, overwrite: bool
-) -> None:
+def _town_layers(town: Town, output: Path | None) -> dict[str, Any]:
     from covertool.coverage.layers import joined, level_layers
+
+    layers = level_layers(town.anchors, town.transit, town.radii)
+    if output is None:
+        return dict(layers)
+    if output.suffix.lower() != ".gpkg":
+        return {"coverage": joined(layers)}
+    return {"anchors": town.anchors.to_frame(), "transit": town.transit.to_frame(), **layers}
+
+
+def write_layers_of(
+    found: Findings, layers: Mapping[str, Any], inputs: Inputs, target: Target
+) -> None:
+    """Write layers, and to a GeoPackage the tables of what was found, with their provenance."""
+    path = target.into or target.output
+    if path is None:
+        return
+    from covertool.coverage.tables import finding_tables
     from covertool.gis.provenance import provenance
     from covertool.gis.study import inherited_metadata
     from covertool.gis.write import write_layers
 
+    files = inputs.files()
     metadata = {**inherited_metadata(files), **provenance(sys.argv[1:], files).to_metadata()}
-    layers = level_layers(town.anchors, town.transit, town.radii)
-    if into is not None:
-        write_layers(into, layers, into=True, metadata=metadata)
-    elif output is not None:
-        if output.suffix.lower() == ".gpkg":
-            whole = {"anchors": town.anchors.to_frame(), "transit": town.transit.to_frame()}
-            layers = {**whole, **layers}
-        else:
-            layers = {"coverage": joined(layers)}
-        write_layers(output, layers, overwrite=overwrite, metadata=metadata, inputs=files)
-    say(f"wrote {', '.join(layers)} to {into or output}")
+    whole = dict(layers)
+    if path.suffix.lower() == ".gpkg":
+        whole |= finding_tables(found.report, found.curve, found.penetration, found.zones)
+    if target.into is not None:
+        write_layers(path, whole, into=True, metadata=metadata)
+    else:
+        write_layers(path, whole, overwrite=target.overwrite, metadata=metadata, inputs=files)
+    say(f"wrote {', '.join(whole)} to {path}")
 
 
 def write_plot(found: Findings, path: Path, *, overwrite: bool) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -9,6 +11,76 @@ if TYPE_CHECKING:
     from pyproj import CRS
 
     from covertool.model import Objects
+
+
+@dataclass(frozen=True)
+class ZonesOf:
+    """The zones that ``--by`` names, read once in each process.
+
+    Attributes
+    ----------
+    text : what followed the option
+    transit : the transit layer, of which a column may be meant
+    crs : working CRS
+    """
+
+    text: str
+    transit: str
+    crs: CRS
+
+    def read(self) -> dict[str, Objects]:
+        """Return the polygons of each zone by its name."""
+        return _zones_once(self)
+
+    def file(self) -> Path:
+        """Return the file that holds the zones."""
+        from covertool.gis.guard import layer_spec
+
+        for text in (self.text, self.text.rpartition(":")[0], self.transit):
+            if text and (path := layer_spec(text)[0]).is_file():
+                return path
+        return layer_spec(self.text)[0]
+
+
+@dataclass(frozen=True)
+class AreaOfInterest:
+    """The polygons that ``--aoi`` names, as one zone, read once in each process."""
+
+    spec: str
+    crs: CRS
+
+    def read(self) -> dict[str, Objects]:
+        """Return the polygons under one name."""
+        return _area_once(self)
+
+    def file(self) -> Path:
+        """Return the file that holds the polygons."""
+        from covertool.gis.guard import layer_spec
+
+        return layer_spec(self.spec)[0]
+
+
+@lru_cache(maxsize=1)
+def _zones_once(zones: ZonesOf) -> dict[str, Objects]:
+    import numpy as np
+    import shapely
+
+    found = read_zones(zones.text, zones.transit, zones.crs)
+    return {
+        zone: np.array([shapely.union_all(shapes)], dtype=object) for zone, shapes in found.items()
+    }
+
+
+@lru_cache(maxsize=1)
+def _area_once(area: AreaOfInterest) -> dict[str, Objects]:
+    import numpy as np
+    import shapely
+
+    from covertool.gis.read import read_polygons
+
+    shapes = read_polygons(area.spec, dst_crs=area.crs).geometry.array
+    united = shapely.union_all(np.asarray(shapes, dtype=object))
+    return {"area of interest": np.array([united], dtype=object)}
 
 
 def read_zones(text: str, transit: str, crs: CRS) -> dict[str, Objects]:

@@ -106,11 +106,22 @@ def coverage_curve(
     if not np.all(np.isfinite(radii) & (radii > 0)):
         raise OptionError("a radius of the curve is not positive", "curve", _MEND)
     found = [level_areas(anchors.x_m, anchors.y_m, r, transit.polygons) for r in radii]
-    total = transit.area_m2 if transit.area_m2 > 0 else np.nan
-    areas = np.array([f.areas_m2 for f in found]).reshape(-1, 4)
-    growth = np.array([f.boundary_m for f in found]).reshape(-1, 3)
+    nodes = [(*node.areas_m2, *node.boundary_m, node.closure_m) for node in found]
+    return curve_of(radii, np.array(nodes).reshape(-1, 8), transit.area_m2)
+
+
+def curve_of(radii_m: Floats, nodes: Floats, transit_area_m2: float) -> CoverageCurve:
+    """Return a curve for what `level_areas` found at its nodes.
+
+    Parameters
+    ----------
+    radii_m : (K,) radii in metres
+    nodes : (K, 8) areas of four levels, lengths of three levels' arcs, and the closure
+    transit_area_m2 : area of the transit area
+    """
+    total = transit_area_m2 if transit_area_m2 > 0 else np.nan
+    areas, growth, closure = nodes[:, :4], nodes[:, 4:7], nodes[:, 7]
     # Level 0 shrinks as level >= 1 grows; Level 3 is level >= 3.
-    bounds = np.column_stack([np.zeros(len(found)), growth, np.zeros(len(found))])
+    bounds = np.column_stack([np.zeros(len(nodes)), growth, np.zeros(len(nodes))])
     slopes = bounds[:, :-1] - bounds[:, 1:]
-    closure = max((f.closure_m for f in found), default=0.0)
-    return CoverageCurve(radii, areas / total, slopes / total, closure)
+    return CoverageCurve(radii_m, areas / total, slopes / total, float(closure.max(initial=0.0)))

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.special import xlog1py, xlogy
 
 from covertool.coverage.radii import Radius, check_anchors, radii_of
-from covertool.coverage.scanlines import depth_profile
+from covertool.coverage.scanlines import DepthProfile, depth_profile
 from covertool.errors import OptionError
 from covertool.model import Anchors, Floats, TransitArea
 
@@ -72,25 +72,57 @@ def penetration(
     [0.25, 0.5, 0.25, 0.0]
     """
     check_anchors(anchors, transit)
-    for share in shares:
-        if not 0 <= share <= 1:
-            raise OptionError(
-                f"a share of {share:g} is not possible", "--penetration", "use shares from 0 to 1"
-            )
-    points = []
+    check_shares(shares)
+    points: list[PenetrationPoint] = []
     for radius in radii:
         named = radii_of(anchors, radius)
         profile = depth_profile(
             anchors.x_m, anchors.y_m, named.each_m, transit.polygons, row_m=row_m
         )
-        for share in shares:
-            expected, error = profile.expect(level_chances(len(profile.fractions), share))
-            points.append(
-                PenetrationPoint(
-                    share, named.radius_m, named.device_class, _four(expected), _four(error)
-                )
-            )
+        points += points_of(profile, shares, named.radius_m, named.device_class)
     return tuple(points)
+
+
+def check_shares(shares: Sequence[float]) -> None:
+    """Raise OptionError when a share lies outside 0 to 1."""
+    for share in shares:
+        if not 0 <= share <= 1:
+            raise OptionError(
+                f"a share of {share:g} is not possible", "--penetration", "use shares from 0 to 1"
+            )
+
+
+def points_of(
+    profile: DepthProfile, shares: Sequence[float], radius_m: float | None, device_class: str | None
+) -> list[PenetrationPoint]:
+    """Return the expectation for each share where the area at every depth is known."""
+    points = []
+    for share in shares:
+        expected, error = profile.expect(level_chances(len(profile.fractions), share))
+        points.append(
+            PenetrationPoint(share, radius_m, device_class, _four(expected), _four(error))
+        )
+    return points
+
+
+def joined(profiles: Sequence[DepthProfile], areas_m2: Sequence[float]) -> DepthProfile:
+    """Return the profile of areas put together, each weighted by its size.
+
+    Examples
+    --------
+    >>> heard = DepthProfile(np.array([0.0, 1.0]), np.array([[0.0, 1.0]] * 3))
+    >>> unheard = DepthProfile(np.array([1.0]), np.array([[1.0]] * 3))
+    >>> joined([heard, unheard], [1.0, 3.0]).fractions.tolist()
+    [0.75, 0.25]
+    """
+    deepest = max(len(profile.fractions) for profile in profiles)
+    fractions, replicates = np.zeros(deepest), np.zeros((len(profiles[0].replicates), deepest))
+    for profile, area in zip(profiles, areas_m2, strict=True):
+        depths = len(profile.fractions)
+        fractions[:depths] += area * profile.fractions
+        replicates[:, :depths] += area * profile.replicates
+    total = sum(areas_m2)
+    return DepthProfile(fractions / total, replicates / total)
 
 
 def level_chances(depths: int, share: float) -> Floats:

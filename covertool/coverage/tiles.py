@@ -1,15 +1,15 @@
-"""A country in pieces: tiles with a halo of the largest radius, whose level areas add up.
+"""A country in pieces: tiles with a halo of the largest radius, whose findings add up.
 
 A tile reads the transit area inside its square and the anchors that reach into it, and nothing
 else; so memory is bounded by the tile, and a worker needs only its number. An anchor is counted in
-the one tile that holds it.
+the one tile that holds it. `covertool.coverage.tiled` adds the tiles up.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
@@ -20,16 +20,19 @@ from pyproj import CRS
 from covertool.coverage.areas import level_areas
 from covertool.coverage.clip import clipped
 from covertool.coverage.radii import Radius, radii_of
+from covertool.coverage.regions import level_regions
+from covertool.coverage.scanlines import DepthProfile, depth_profile
+from covertool.coverage.zones import reaching
 from covertool.errors import CrsError
 from covertool.model import (
     Anchors,
     AnchorSource,
     Bounds,
-    CoverageReport,
+    Floats,
+    Objects,
     RadiusCoverage,
     TransitArea,
 )
-from covertool.spread import Ledger, spread
 
 ANCHORS_IN_TILE = 100_000
 """Anchors that a tile holds about, when its size is left open."""
@@ -53,6 +56,36 @@ class TransitSource(Protocol):
     def read(self, bounds: Bounds | None = None) -> TransitArea:
         """Return the parts that meet bounds (x0, y0, x1, y1), or all; they may reach beyond."""
         ...
+
+
+class ZoneSource(Protocol):
+    """Polygons by name, such as districts or one area of interest; picklable."""
+
+    def read(self) -> Mapping[str, Objects]:
+        """Return the polygons of each zone by its name."""
+        ...
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What a tile finds besides the levels of every radius.
+
+    Attributes
+    ----------
+    area_of_interest : the transit area is cut to its zones
+    zones : levels are found in each of them too
+    curve_m : radii of the nodes of a curve in metres
+    depths : whether to measure the area at every depth, for `penetration`
+    row_m : height of the rows of lines on which depths are measured, in metres
+    regions : whether to draw the levels
+    """
+
+    area_of_interest: ZoneSource | None = None
+    zones: ZoneSource | None = None
+    curve_m: tuple[float, ...] = ()
+    depths: bool = False
+    row_m: float = 0.5
+    regions: bool = False
 
 
 @dataclass(frozen=True)
@@ -104,19 +137,37 @@ def tile_size_m(bounds: Bounds, anchors: int, largest_radius_m: float) -> float:
 
 
 @dataclass(frozen=True)
-class TileLevels:
-    """What one tile adds to a report.
+class ZonePart:
+    """What one tile holds of a zone at one radius; no levels where it has no transit area."""
+
+    transit_area_m2: float
+    anchors: int
+    levels: RadiusCoverage | None
+
+
+@dataclass(frozen=True)
+class TileFindings:
+    """What one tile adds to the findings.
 
     Attributes
     ----------
     transit_area_m2 : transit area inside the tile
     anchors : anchors inside the tile by origin
     levels : level areas for each radius and origin (None: all of them)
+    zones : the parts of zones inside the tile
+    curve : (K, 8) for each node the areas of four levels, the lengths of three levels' arcs, and
+        the closure
+    depths : area by depth for each radius
+    regions : polygons of Levels 1 to 3 for each radius
     """
 
     transit_area_m2: float
     anchors: dict[str, int]
-    levels: dict[Key, RadiusCoverage]
+    levels: dict[Key, RadiusCoverage] = field(default_factory=dict)
+    zones: dict[tuple[str, Radius], ZonePart] = field(default_factory=dict)
+    curve: Floats | None = None
+    depths: dict[Radius, DepthProfile] = field(default_factory=dict)
+    regions: dict[tuple[Radius, int], shapely.MultiPolygon] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -128,15 +179,42 @@ class TileJob:
     plan: TilePlan
     radii: tuple[Radius, ...]
     halo_m: float
+    wish: Wish = Wish()
 
-    def __call__(self, tile: int) -> TileLevels:
-        """Return the level areas inside a tile."""
+    def __call__(self, tile: int) -> TileFindings:
+        """Return what a tile adds to the findings."""
         square = self.plan.square(tile)
-        area = clipped(self.transit.read(square).polygons, shapely.box(*square))
+        area = clipped(self._transit(square), shapely.box(*square))
         near = self.anchors.read(_grown(square, self.halo_m))
-        found: dict[Key, RadiusCoverage] = {}
+        own = near.take(_inside(near, square))
         origins = sorted({str(origin) for origin in near.origin})
-        for radius in self.radii if not area.is_empty else ():
+        found = TileFindings(
+            area.area,
+            {origin: int(np.sum(own.origin == origin)) for origin in origins},
+            zones=self._zones(area, near, own),
+        )
+        if area.is_empty:
+            return found
+        return replace(
+            found,
+            levels=self._levels(area, near, origins),
+            curve=_curve(near, area, self.wish.curve_m) if self.wish.curve_m else None,
+            depths=self._depths(area, near) if self.wish.depths else {},
+            regions=self._regions(area, near) if self.wish.regions else {},
+        )
+
+    def _transit(self, square: Bounds) -> shapely.MultiPolygon:
+        polygons = self.transit.read(square).polygons
+        if self.wish.area_of_interest is None:
+            return polygons
+        wanted = np.concatenate(list(self.wish.area_of_interest.read().values()))
+        return clipped(polygons, shapely.union_all(wanted))
+
+    def _levels(
+        self, area: shapely.MultiPolygon, near: Anchors, origins: Sequence[str]
+    ) -> dict[Key, RadiusCoverage]:
+        found: dict[Key, RadiusCoverage] = {}
+        for radius in self.radii:
             together = _levels(near, area, radius, None)
             found[radius, None] = together
             for origin in origins:
@@ -145,9 +223,46 @@ class TileJob:
                     if len(origins) == 1
                     else _levels(near.take(near.origin == origin), area, radius, origin)
                 )
-        own = near.origin[_inside(near, square)]
-        counts = {origin: int(np.sum(own == origin)) for origin in origins}
-        return TileLevels(area.area, counts, found)
+        return found
+
+    def _zones(
+        self, area: shapely.MultiPolygon, near: Anchors, own: Anchors
+    ) -> dict[tuple[str, Radius], ZonePart]:
+        zones = self.wish.zones.read() if self.wish.zones is not None else {}
+        found: dict[tuple[str, Radius], ZonePart] = {}
+        for zone, shapes in zones.items():
+            part = clipped(area, shapely.union_all(shapes))
+            for radius in self.radii:
+                reached = reaching(own, radii_of(own, radius).each_m, shapes)
+                levels = None if part.is_empty else _levels(near, part, radius, None)
+                if reached.any() or levels is not None:
+                    found[zone, radius] = ZonePart(part.area, int(reached.sum()), levels)
+        return found
+
+    def _depths(self, area: shapely.MultiPolygon, near: Anchors) -> dict[Radius, DepthProfile]:
+        row_m = self.wish.row_m
+        return {
+            radius: depth_profile(
+                near.x_m, near.y_m, radii_of(near, radius).each_m, area, row_m=row_m
+            )
+            for radius in self.radii
+        }
+
+    def _regions(
+        self, area: shapely.MultiPolygon, near: Anchors
+    ) -> dict[tuple[Radius, int], shapely.MultiPolygon]:
+        inside = TransitArea(area, near.crs)
+        return {
+            (radius, level): region
+            for radius in self.radii
+            for level, region in level_regions(near, inside, radius).items()
+            if not region.is_empty
+        }
+
+
+def _curve(anchors: Anchors, area: shapely.MultiPolygon, radii_m: Sequence[float]) -> Floats:
+    found = [level_areas(anchors.x_m, anchors.y_m, radius, area) for radius in radii_m]
+    return np.array([(*node.areas_m2, *node.boundary_m, node.closure_m) for node in found])
 
 
 def _levels(
@@ -173,6 +288,7 @@ def plan_job(
     anchors_count: int,
     largest_own_m: float = 0.0,
     tile_m: float | None = None,
+    wish: Wish = Wish(),
 ) -> TileJob:
     """Return the job whose tiles cover both the transit area and the anchors.
 
@@ -183,6 +299,7 @@ def plan_job(
     anchors_count : how many anchors there are; decides the size of the tiles
     largest_own_m : largest radius of the anchors' own, needed when ``radii`` holds None
     tile_m : side of a tile in metres; chosen when None
+    wish : what to find besides the levels of every radius
 
     Raises
     ------
@@ -197,74 +314,14 @@ def plan_job(
             "convert both with covertool convert --dst-crs EPSG:CODE",
         )
     named = [radii_of(none, radius).radius_m for radius in radii if radius is not None]
-    halo_m = max([*(size for size in named if size is not None), largest_own_m * (None in radii)])
+    sizes = [*(size for size in named if size is not None), *wish.curve_m]
+    halo_m = max([*sizes, largest_own_m * (None in radii)])
     boxes = np.array([transit.bounds, anchors.bounds])
     x0, y0 = (float(value) for value in np.nanmin(boxes[:, :2], axis=0))
     x1, y1 = (float(value) for value in np.nanmax(boxes[:, 2:], axis=0))
     bounds = (x0, y0, x1, y1)
     size = tile_m if tile_m is not None else tile_size_m(bounds, anchors_count, halo_m)
-    return TileJob(anchors, transit, plan_tiles(bounds, size), tuple(radii), halo_m)
-
-
-def tiled_levels(
-    job: TileJob,
-    *,
-    workers: int = 1,
-    scheduler: str | None = None,
-    ledger: Ledger | None = None,
-    on_done: Callable[[int], object] | None = None,
-) -> CoverageReport:
-    """Return the report that `coverage_levels` gives, computed tile by tile.
-
-    Sums run over the tiles in their order, so the result does not depend on who computed them.
-    """
-    tiles = spread(
-        job,
-        range(len(job.plan)),
-        workers=workers,
-        scheduler=scheduler,
-        ledger=ledger,
-        on_done=on_done,
-    )
-    counts: dict[str, int] = {}
-    for tile in tiles:
-        for origin, count in tile.anchors.items():
-            counts[origin] = counts.get(origin, 0) + count
-    present = sorted(origin for origin, count in counts.items() if count)
-    groups = [None, *(present if len(present) > 1 else [])]
-    total = sum(counts.values())
-    results = tuple(
-        _joined(tiles, radius, origin, total if origin is None else counts[origin])
-        for radius in job.radii
-        for origin in groups
-    )
-    return CoverageReport(math.fsum(tile.transit_area_m2 for tile in tiles), total, results)
-
-
-def _joined(
-    tiles: Sequence[TileLevels], radius: Radius, origin: str | None, anchors: int
-) -> RadiusCoverage:
-    """Return the sum of the tiles; one without such anchors adds only to Level 0."""
-    found = [tile.levels.get((radius, origin)) for tile in tiles]
-    parts = [
-        part.areas_m2 if part is not None else (tile.transit_area_m2, 0.0, 0.0, 0.0)
-        for tile, part in zip(tiles, found, strict=True)
-    ]
-    none, one, two, three = (math.fsum(part[level] for part in parts) for level in range(4))
-    names = {
-        (part.radius_m, part.device_class)
-        for part in found
-        if part is not None and (part.anchors or radius is not None)
-    }
-    radius_m, device_class = names.pop() if len(names) == 1 else (None, None)
-    return RadiusCoverage(
-        radius_m=radius_m,
-        device_class=device_class,
-        origin=origin,
-        anchors=anchors,
-        areas_m2=(none, one, two, three),
-        closure_m=max((part.closure_m for part in found if part is not None), default=0.0),
-    )
+    return TileJob(anchors, transit, plan_tiles(bounds, size), tuple(radii), halo_m, wish)
 
 
 def _inside(anchors: Anchors, square: Bounds) -> npt.NDArray[np.bool_]:

@@ -65,7 +65,7 @@ def zone_levels(
     for zone, shapes in zones.items():
         part = clipped(transit.polygons, shapely.union_all(shapes))
         for radius in radii:
-            found.append(ZoneCoverage(zone, part.area, _levels(anchors, part, radius)))
+            found.append(ZoneCoverage(zone, part.area, _levels(anchors, part, radius, shapes)))
     return tuple(found)
 
 
@@ -91,18 +91,25 @@ def clip_transit(transit: TransitArea, area_of_interest: Objects) -> TransitArea
         When nothing of it lies there.
     """
     inside = clipped(transit.polygons, shapely.union_all(area_of_interest))
-    if inside.is_empty:
+    require_area(inside.area)
+    return TransitArea(inside, transit.crs)
+
+
+def require_area(area_m2: float) -> None:
+    """Raise GeometryError when nothing of the transit area lies in the area of interest."""
+    if not area_m2 > 0:
         raise GeometryError(
             "nothing of the transit area lies in the area of interest",
             "--aoi",
             "check that both are about the same place, and their CRS",
         )
-    return TransitArea(inside, transit.crs)
 
 
-def _levels(anchors: Anchors, part: shapely.MultiPolygon, radius: Radius) -> RadiusCoverage:
+def _levels(
+    anchors: Anchors, part: shapely.MultiPolygon, radius: Radius, shapes: Objects
+) -> RadiusCoverage:
     named = radii_of(anchors, radius)
-    near = _reaching(anchors, named.each_m, part)
+    near = reaching(anchors, named.each_m, shapes)
     found = level_areas(anchors.x_m[near], anchors.y_m[near], named.each_m[near], part)
     return RadiusCoverage(
         radius_m=named.radius_m,
@@ -114,12 +121,11 @@ def _levels(anchors: Anchors, part: shapely.MultiPolygon, radius: Radius) -> Rad
     )
 
 
-def _reaching(
-    anchors: Anchors, radius_m: Floats, part: shapely.MultiPolygon
-) -> npt.NDArray[np.bool_]:
-    """Return which anchors reach the bounding box of a part."""
-    if part.is_empty:
-        return np.zeros(len(anchors), dtype=bool)
-    x0, y0, x1, y1 = part.bounds
+def reaching(anchors: Anchors, radius_m: Floats, shapes: Objects) -> npt.NDArray[np.bool_]:
+    """Return which anchors reach the bounding box of a zone."""
+    x0, y0, x1, y1 = shapely.total_bounds(shapes)
     x, y = anchors.x_m, anchors.y_m
-    return (x + radius_m > x0) & (x - radius_m < x1) & (y + radius_m > y0) & (y - radius_m < y1)
+    near: npt.NDArray[np.bool_] = (
+        (x + radius_m > x0) & (x - radius_m < x1) & (y + radius_m > y0) & (y - radius_m < y1)
+    )
+    return near

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
@@ -37,6 +39,25 @@ SHORT_NAMES = {
 }
 _SHORT_LENGTH = 10
 _NAMES = ("Point", "LineString", "LineString", "Polygon", "MultiPoint", "MultiLineString")
+
+
+@dataclass(frozen=True)
+class Parts:
+    """A layer that comes in parts, because the whole does not fit in memory.
+
+    Attributes
+    ----------
+    sample : a frame of the layer's columns that stands for it: at least a row for each radius
+    read : returns the parts one after the other, each a frame of the same columns
+    """
+
+    sample: gpd.GeoDataFrame
+    read: Callable[[], Iterable[gpd.GeoDataFrame]]
+
+    def __iter__(self) -> Iterator[gpd.GeoDataFrame]:
+        """Yield a part without rows, which makes the layer, and then the parts."""
+        yield self.sample.iloc[:0]
+        yield from self.read()
 
 
 def has_geometry(frame: pd.DataFrame) -> bool:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from covertool.errors import FileError, OptionError
 from covertool.gis import guard
-from covertool.gis.columns import geometry_column, has_geometry, layer_kind, typed
+from covertool.gis.columns import Parts, geometry_column, has_geometry, layer_kind, typed
 from covertool.gis.layers import snapshot
 from covertool.gis.qml import qml
 from covertool.gis.sld import sld
@@ -37,14 +37,15 @@ _METADATA = """CREATE TABLE IF NOT EXISTS metadata (
 
 def write_geopackage(
     path: Path,
-    layers: Mapping[str, pd.DataFrame],
+    layers: Mapping[str, pd.DataFrame | Parts],
     *,
     into: bool = False,
     metadata: Mapping[str, str] | None = None,
 ) -> None:
     """Write layers and tables as a whole new GeoPackage, or into a copy of an existing one.
 
-    A GeoDataFrame becomes a layer, a plain DataFrame a table of attributes without geometry.
+    A GeoDataFrame becomes a layer, a plain DataFrame a table of attributes without geometry, and
+    Parts a layer that is written part by part.
     The result takes the place of the old file in one step. With ``into`` all other layers stay as
     they are; without it nothing of the old file stays.
 
@@ -61,10 +62,13 @@ def write_geopackage(
         if into and path.exists():
             snapshot(path, temporary)
         with _fixed_date():
-            for name, frame in layers.items():
-                _write_layer(temporary, name, frame)
-        _write_tables(temporary, layers, metadata or {})
-        _check(temporary, path, layers)
+            rows = {name: _write_layer(temporary, name, layer) for name, layer in layers.items()}
+        samples = {
+            name: layer.sample if isinstance(layer, Parts) else layer
+            for name, layer in layers.items()
+        }
+        _write_tables(temporary, samples, metadata or {})
+        _check(temporary, path, rows)
 
 
 def _require_free_name(name: str, path: Path) -> None:
@@ -99,10 +103,24 @@ def _fixed_date() -> Iterator[None]:
         pyogrio.set_gdal_config_options({"OGR_CURRENT_DATE": None})
 
 
-def _write_layer(path: Path, name: str, frame: pd.DataFrame) -> None:
+def _write_layer(path: Path, name: str, layer: pd.DataFrame | Parts) -> int:
+    """Write a layer and return the number of its rows."""
+    rows = 0
+    for place, frame in enumerate(layer if isinstance(layer, Parts) else (layer,)):
+        _write_rows(path, name, frame, append=place > 0)
+        rows += len(frame)
+    return rows
+
+
+def _write_rows(path: Path, name: str, frame: pd.DataFrame, *, append: bool) -> None:
     import pyogrio
 
     table = typed(frame)
+    if append:
+        pyogrio.write_dataframe(
+            table, path, layer=name, driver="GPKG", append=True, promote_to_multi=True
+        )
+        return
     shape = geometry_column(table)
     taken = {str(column).lower() for column in table.columns if column != shape}
     key = "fid" if "fid" not in taken else "ogc_fid"
@@ -170,15 +188,15 @@ def _insert_style(
     )
 
 
-def _check(temporary: Path, path: Path, layers: Mapping[str, pd.DataFrame]) -> None:
+def _check(temporary: Path, path: Path, rows: Mapping[str, int]) -> None:
     """Reopen the file and count: what was written must be there."""
     with closing(_connect_read_only(temporary)) as connection:
-        for name, frame in layers.items():
+        for name, expected in rows.items():
             quoted = name.replace('"', '""')
             count = connection.execute(f'SELECT count(*) FROM "{quoted}"').fetchone()[0]
-            if count != len(frame):
+            if count != expected:
                 raise FileError(
-                    f"{count} of {len(frame)} rows of the layer {name} arrived",
+                    f"{count} of {expected} rows of the layer {name} arrived",
                     str(path),
                     "check free space and try again",
                 )

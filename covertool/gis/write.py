@@ -14,7 +14,7 @@ import shapely
 from covertool import crs as crs_door
 from covertool.errors import CrsError, FileError, GeometryError, OptionError
 from covertool.gis import formats, guard
-from covertool.gis.columns import has_geometry, layer_kind, typed
+from covertool.gis.columns import Parts, has_geometry, layer_kind, typed
 from covertool.gis.formats import VECTOR_OUTPUTS, Format
 from covertool.gis.geopackage import write_geopackage
 from covertool.gis.kml import write_kml
@@ -31,7 +31,7 @@ _WITHOUT_METADATA = (formats.SHAPEFILE, formats.CSV)
 
 def write_layers(
     path: str | Path,
-    layers: Mapping[str, pd.DataFrame],
+    layers: Mapping[str, pd.DataFrame | Parts],
     *,
     overwrite: bool = False,
     into: bool = False,
@@ -45,9 +45,9 @@ def write_layers(
     path : str or Path
         ``.gpkg``, ``.kml`` and ``.shp.zip`` hold many layers; ``.geojson``, ``.parquet``, ``.fgb``,
         ``.shp`` and ``.csv`` (points) hold one.
-    layers : mapping of str to GeoDataFrame or DataFrame
+    layers : mapping of str to GeoDataFrame, DataFrame or Parts
         Layers by name. A plain DataFrame is written as a table of attributes without geometry,
-        which only a GeoPackage holds.
+        and Parts as a layer too large for memory; both only to a GeoPackage.
     overwrite : bool
         Replace an existing file.
     into : bool
@@ -76,13 +76,13 @@ def write_layers(
             guard.input_file(checked, (formats.GEOPACKAGE,))
         write_geopackage(checked, layers, into=into, metadata=metadata)
         return
-    _require_geometry(checked, layers)
+    whole = _whole(checked, layers)
     about = json.dumps(dict(metadata), ensure_ascii=False) if metadata else ""
     if known is formats.KML:
-        _write_kml(checked, layers, metadata or {})
+        _write_kml(checked, whole, metadata or {})
         return
     if known is formats.SHAPEFILES:
-        write_zip(checked, layers, about)
+        write_zip(checked, whole, about)
         return
     if len(layers) > 1:
         raise OptionError(
@@ -90,19 +90,25 @@ def write_layers(
             str(checked),
             "write a .gpkg, or choose one layer",
         )
-    name, frame = next(iter(layers.items()))
+    name, frame = next(iter(whole.items()))
     _write_single(checked, known, name, frame, about)
     if about and known in _WITHOUT_METADATA:
         with guard.replacing(checked.with_name(f"{checked.name}.provenance.json")) as temporary:
             temporary.write_text(f"{about}\n", encoding="utf-8")
 
 
-def _require_geometry(path: Path, layers: Mapping[str, pd.DataFrame]) -> None:
-    for name, frame in layers.items():
-        if not has_geometry(frame):
+def _whole(path: Path, layers: Mapping[str, pd.DataFrame | Parts]) -> dict[str, gpd.GeoDataFrame]:
+    """Return the layers as whole frames with geometry, which is what formats but one take."""
+    found: dict[str, gpd.GeoDataFrame] = {}
+    for name, layer in layers.items():
+        if isinstance(layer, Parts) or not has_geometry(layer):
             raise GeometryError(
-                f"the table {name} has no geometry", str(path), "write tables to a .gpkg"
+                f"the table {name} has no geometry or comes in parts",
+                str(path),
+                "write it to a .gpkg",
             )
+        found[name] = layer
+    return found
 
 
 def _write_single(

@@ -8,12 +8,12 @@ import shapely
 from pyproj import CRS
 
 from covertool.coverage import coverage_levels
+from covertool.coverage.tiled import tiled_levels
 from covertool.coverage.tiles import (
     ANCHORS_IN_TILE,
     plan_job,
     plan_tiles,
     tile_size_m,
-    tiled_levels,
 )
 from covertool.errors import ColumnError, CrsError
 from covertool.model import Anchors, TransitArea
