@@ -6,7 +6,7 @@ import dataclasses
 import logging
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -108,6 +108,7 @@ def position_errors(
         )
         found.update(zip(part, done, strict=True))
         seconds.append(time.perf_counter() - begun)
+    _warn_of_missing_bounds(work, below, found)
     report = _Table(scenarios, work, found, runs).report(cases, vehicles)
     return dataclasses.replace(
         report, estimate_seconds=seconds[0], bound_seconds=seconds[1] if bound else None
@@ -115,12 +116,12 @@ def position_errors(
 
 
 def _warn_of_missing_bounds(
-    work: Work, pieces: Sequence[Piece], found: Sequence[Sums | JointBound | None]
+    work: Work, below: Sequence[Piece], found: Mapping[Piece, Sums | JointBound | None]
 ) -> None:
     """Say why a bound is missing; a filter that looks back has none, and needs no word."""
-    for piece, result in zip(pieces, found, strict=True):
+    for piece in below:
         most = work.most_cars(piece.scenario)
-        if result is None and most > MOST_CARS:
+        if found[piece] is None and most > MOST_CARS:
             logger.warning(
                 "the bound is left out: %d cars are on the road at once, and it is computed for "
                 "%d at most",
