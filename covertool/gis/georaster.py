@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import threading
 import warnings
 from dataclasses import dataclass, field
@@ -22,6 +23,10 @@ from rasterio.windows import Window
 from covertool import crs as crs_door
 from covertool.errors import FileError
 from covertool.model import Floats
+
+# GDAL keeps decoded blocks up to 5 % of the machine's memory in each process; windows that are
+# read once, row by row, need no more than one row of blocks. It asks once, before its first block.
+os.environ.setdefault("GDAL_CACHEMAX", "64")
 
 
 @dataclass(frozen=True)

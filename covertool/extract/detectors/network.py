@@ -166,6 +166,8 @@ class NetworkDetector:
 def _padded(rgb: Pixels) -> Pixels:
     """Return the picture with its last pixels repeated up to a multiple of the coarsest cell."""
     height, width = rgb.shape[:2]
+    if height % _MULTIPLE == width % _MULTIPLE == 0:
+        return rgb
     return np.pad(rgb, ((0, -height % _MULTIPLE), (0, -width % _MULTIPLE), (0, 0)), mode="edge")
 
 
