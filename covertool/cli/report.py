@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 def report(
     study: Annotated[
         Path | None,
-        typer.Argument(metavar="STUDY", help="A study; without one the sample study."),
+        typer.Argument(metavar="STUDY", help="A study; without one the sample plan runs."),
     ] = None,
     output: Annotated[
         Path, typer.Option("-o", "--output", metavar="FILE.html", help="Where to write the page.")
@@ -36,7 +36,8 @@ def report(
 
     \b
     The page opens in any browser without a network. It shows what the study holds and computes
-    nothing: a part that is missing is named with the command that makes it.
+    nothing: a part that is missing is named with the command that makes it. Without a study the
+    sample plan (covertool run --example) runs first, and its study is kept in your cache.
     """
     from covertool.gis.guard import output_file
     from covertool.gis.page import PAGE_FORMATS, write_page
@@ -44,18 +45,11 @@ def report(
 
     output_file(output, PAGE_FORMATS, overwrite=overwrite)  # told before anything is read
     if study is None:
-        study = sample_report_study()
+        from covertool.cli.run import study_of_the_sample_plan
+
+        study = study_of_the_sample_plan()
     write_page(output, report_page(read_parts(study)), overwrite=overwrite, inputs=[study])
     say(f"wrote {output} ({output.stat().st_size / 1e6:.1f} MB)")
-
-
-def sample_report_study() -> Path:
-    """Return the study that is reported on when none is named."""
-    from covertool.gis.sample import SAMPLE_STUDY, sample_folder
-
-    study = sample_folder() / SAMPLE_STUDY
-    say(f"no study was named: using the synthetic sample study {study}")
-    return study
 
 
 def read_parts(study: Path) -> ReportStudy:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import logging
 import shlex
 import sys
@@ -94,6 +95,30 @@ def carry_out(plan: Plan, *, dry_run: bool, overwrite: bool, as_json: bool) -> i
         seconds = {outcome.stage.name: outcome.seconds for outcome in outcomes}
         print_json("run", {"study": plan.study, "stages": stages, "seconds": seconds})
     return outcomes[-1].exit_code
+
+
+def study_of_the_sample_plan() -> Path:
+    """Return the study that the sample plan makes, kept in the user's cache between runs.
+
+    Only what changed since the last time is done again; an upgrade begins a new folder.
+    """
+    from platformdirs import user_cache_path
+
+    from covertool import __version__
+    from covertool.plan import example
+
+    folder = user_cache_path("covertool") / f"sample-{__version__}"
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / "plan.toml"
+    path.write_text(example(), encoding="utf-8")
+    whole = read(path)
+    plan = dataclasses.replace(whole, stages=tuple(s for s in whole.stages if s.writes_study))
+    say(f"no study was named: running the synthetic sample plan in {folder}")
+    with contextlib.redirect_stdout(sys.stderr):
+        code = carry_out(plan, dry_run=False, overwrite=True, as_json=False)
+    if code != 0:
+        raise typer.Exit(code)
+    return folder / plan.study
 
 
 def verbs() -> dict[str, Verb]:
