@@ -84,8 +84,8 @@ def simulate(
     cars, "proposed" also the parked ones, "gps" and "gps_odometry" hear nobody. gcpso and ekf run
     as the paper does; second_order takes all that can be known, and the bound (PCRB) is what no
     filter can beat. Without the extra 'simulate' only the shipped trace and --fcd work.
-    -o FILE.gpkg holds the parked cars, layer trajectories and the tables positioning,
-    improvements and parked_met; --into adds these without the parked cars. --traces, --fcd-out
+    -o FILE.gpkg holds the parked cars, the streets (segments), layer trajectories and the tables
+    positioning, improvements and parked_met; --into adds the last four. --traces, --fcd-out
     and --plot estimate again, with the same noise. The same seeds give the same bytes.
     """
     begun = time.perf_counter()

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from covertool.cli.simulate_case import Case
     from covertool.cli.simulate_experiment import Experiment
     from covertool.model import PositionTracks
+    from covertool.traffic.edges import Network
     from covertool.traffic.simulation import Simulation
 
 
@@ -87,6 +88,8 @@ class Files:
         elif self.output is not None:
             if self.output.suffix.lower() == ".gpkg":
                 layers = {"anchors": found.anchors.to_frame(), **layers, **result_frames(found)}
+                if mobility.network is not None:
+                    layers["segments"] = _segments(mobility.network)
             write_layers(
                 self.output, layers, overwrite=self.overwrite, metadata=metadata, inputs=files
             )
@@ -145,13 +148,21 @@ class Files:
             from covertool.report.positioning import density_figure
 
             synthetic = ", synthetic" if case.synthetic else ""
+            layouts = found.report.scenarios
             title = (
                 f"{case.kind}{synthetic}, zone {experiment.radii_m[0]:g} m, "
-                f"{found.report.scenarios} layouts, {found.report.runs} noise runs each"
+                + (f"{layouts} layouts with " if layouts > 1 else "")
+                + f"{found.report.runs} noise runs"
             )
             figure = density_figure(found.densities(), title=title)
             write_figure(self.plot_density, figure, overwrite=self.overwrite)
             say(f"wrote {self.plot_density}")
+
+
+def _segments(network: Network) -> Any:
+    """Return the streets as `congestion table --segments` takes them, for SUMO's edgeData."""
+    frame = network.to_frame().rename(columns={"id": "segment_id"})
+    return frame.assign(free_flow_kmh=3.6 * frame.pop("speed_limit"))
 
 
 DRIVEN_M = 10.0

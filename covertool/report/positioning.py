@@ -37,27 +37,29 @@ _NAMES = {"gcpso": "GCPSO", "ekf": "EKF", "second_order": "second order"}
 def error_over_time(tracks: Sequence[PositionTracks], cars: Sequence[str]) -> Figure:
     """Return the error of cars over time: the mean over the runs, and a band of 10 to 90 %.
 
-    One column a car, one row an estimator and range noise, one line an arm (the paper's Fig. 8).
+    One panel for each car, estimator, range noise and zone, one line an arm (the paper's Fig. 8);
+    the arms that do not range go into every panel, without their band. Several cars stand side by
+    side; of one car alone the range noises do.
 
     Parameters
     ----------
-    tracks : one for each arm, estimator and range noise; arms that do not range go into every panel
+    tracks : one for each arm, estimator, range noise and zone
     cars : ids of the cars to draw
     """
-    rows: list[_Case | None] = list(dict.fromkeys(filter(None, map(_row, tracks))))
-    rows = rows or [None]
-    figure = Figure(
-        figsize=(max(4.2 * len(cars), 7.0), 2.1 * len(rows) + 1.1), layout="constrained"
-    )
-    panels = figure.subplots(len(rows), len(cars), squeeze=False, sharex="col", sharey=True)
-    for row, case in enumerate(rows):
-        shown = [track for track in tracks if _row(track) in (case, None)]
-        for axes, car in zip(panels[row], cars, strict=True):
-            for track in shown:
+    cases: list[_Case | None] = list(dict.fromkeys(filter(None, map(_row, tracks))))
+    shown = [(car, case) for case in cases or [None] for car in cars]
+    columns = len(cars) if len(cars) > 1 else min(len({case and case[1] for _, case in shown}), 3)
+    rows = -(-len(shown) // columns)
+    figure = Figure(figsize=(max(4.4 * columns, 7.0), 2.0 * rows + 1.2), layout="constrained")
+    panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+    for axes, (car, case) in zip(panels.flat, shown, strict=False):
+        for track in tracks:
+            if _row(track) in (case, None):
                 _draw_error(axes, track, car)
-            axes.set_title(f"car {car}{_case_text(case)}", loc="left", fontsize=9)
-            axes.grid(alpha=0.25, linewidth=0.5)
-        panels[row][0].set_ylabel("error (m)")
+        axes.set_title(f"{car}{_case_text(case)}", loc="left", fontsize=8)
+        axes.grid(alpha=0.25, linewidth=0.5)
+    for axes in panels[:, 0]:
+        axes.set_ylabel("error (m)")
     for axes in panels[-1]:
         axes.set_xlabel("time (s)")
     panels[0][0].set_ylim(bottom=0)
@@ -82,9 +84,11 @@ def _case_text(case: _Case | None) -> str:
 def _draw_error(axes: Axes, track: PositionTracks, car: str) -> None:
     time_s, errors_m = errors_by_run(track, car)
     low, high = np.nanpercentile(errors_m, BAND, axis=0)
-    colour = COLOURS[track.arm]
-    axes.fill_between(time_s, low, high, color=colour, alpha=0.15, linewidth=0)
-    axes.plot(time_s, np.nanmean(errors_m, axis=0), color=colour, label=LABELS[track.arm])
+    colour, ranges = COLOURS[track.arm], track.estimator is not None
+    if ranges:
+        axes.fill_between(time_s, low, high, color=colour, alpha=0.18, linewidth=0)
+    mean_m, width = np.nanmean(errors_m, axis=0), 1.3 if ranges else 0.7
+    axes.plot(time_s, mean_m, color=colour, linewidth=width, label=LABELS[track.arm])
 
 
 def errors_by_run(track: PositionTracks, car: str) -> tuple[Floats, Floats]:
@@ -122,7 +126,8 @@ def density_figure(
         axes.plot(x, y, "D", color="black", fillstyle="none", label="the paper's five cars")
     axes.axhline(0.0, color="black", linewidth=0.6)
     axes.set(xlabel="parked cars met per km", ylabel="improvement of the mean error (%)")
-    axes.set_xlim(left=0)
+    reach = [density for each in densities for density in each.met_per_km]
+    axes.set_xlim(0, 1.08 * max([*reach, *(x for x, _ in paper), 1.0]))
     axes.set_title(title, loc="left", fontsize=10)
     axes.grid(alpha=0.25, linewidth=0.5)
     axes.legend(fontsize=8, frameon=False)
@@ -139,5 +144,5 @@ def _draw_density(axes: Axes, density: CarDensity, colour: str) -> None:
         spread_x, spread_y = float(np.std(x, ddof=1)), float(np.std(y, ddof=1))
     axes.errorbar(
         float(np.mean(x)), float(np.mean(y)), xerr=spread_x, yerr=spread_y, fmt="o",
-        color=colour, capsize=3, markersize=7, label=f"car {density.vehicle}",
+        color=colour, capsize=3, markersize=7, label=density.vehicle,
     )  # fmt: skip
