@@ -11,10 +11,15 @@ from shapely import affinity
 from covertool.model import Floats
 
 BAY_WIDTH_M, BAY_DEPTH_M, PARALLEL_LENGTH_M, PARALLEL_WIDTH_M = 2.4, 4.8, 6.0, 2.0
-"""Bays of 2.4 x 4.8 m, 6 x 2 m along the kerb: Manual for Streets (UK, 2007), section 8.3."""
+"""Bays at right angles 2.4 x 4.8 m, along the kerb 6 x 2 m.
+
+The first is near what the Dublin City Development Plan 2016-2022 asks of car parks (section
+16.38.9: never below 2.4 m in width, 4.75 m in length); the second is an assumption, a car with the
+room it needs to leave.
+"""
 
 AISLE_M = 6.0
-"""Between rows of bays at right angles (the same section)."""
+"""Between rows of bays at right angles; an assumption."""
 
 SPACING_M = {
     "parallel": PARALLEL_LENGTH_M,
