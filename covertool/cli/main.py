@@ -9,7 +9,7 @@ import sys
 import typer
 
 from covertool.cli.app import app
-from covertool.errors import CovertoolError
+from covertool.errors import ComputationError, CovertoolError, FileError
 
 VERBS = (
     "extract",
@@ -43,16 +43,44 @@ def main(arguments: list[str] | None = None) -> int:
     given = sys.argv[1:] if arguments is None else arguments
     try:
         app(args=given, standalone_mode=True, prog_name="covertool", obj=tuple(given))
-    except CovertoolError as error:
-        if "--debug" in given:
-            raise
-        typer.echo(str(error), err=True)
-        return 1
     except KeyboardInterrupt:
         return 130
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _drop_output()
         return 141
     except SystemExit as exit_:
         return exit_.code if isinstance(exit_.code, int) else 1
+    except (CovertoolError, MemoryError, OSError) as error:
+        if "--debug" in given:
+            raise
+        typer.echo(str(_told(error)), err=True)
+        return 1
     return 0
+
+
+def _told(error: Exception) -> CovertoolError:
+    """Return a fault in three lines; of the system's own, those that a user can mend."""
+    if isinstance(error, CovertoolError):
+        return error
+    if isinstance(error, MemoryError):
+        return ComputationError(
+            "there is not enough memory",
+            "this machine, or the limit set for this process",
+            "take a smaller area, or tiles where the verb offers them (--tile, --workers)",
+        )
+    assert isinstance(error, OSError)
+    if error.errno is None:
+        mend = "look with covertool doctor; there may be too little memory"
+        return FileError(f"a library does not load: {error}", "this installation", mend)
+    if error.filename is None:
+        _drop_output()
+    return FileError(
+        f"the system refused: {error.strerror or error}",
+        str(error.filename or "standard output"),
+        "make room on the disk and check the rights, or see --debug",
+    )
+
+
+def _drop_output() -> None:
+    """Let nothing more go to a standard output that takes nothing."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

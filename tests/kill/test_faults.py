@@ -1,0 +1,117 @@
+"""Signals, full disks, closed pipes and too little memory, on real processes."""
+
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from covertool.gis.sample import SAMPLE_STUDY, sample_folder
+
+STUDY = sample_folder() / SAMPLE_STUDY
+COVERTOOL = [sys.executable, "-m", "covertool"]
+
+
+def run(
+    words: list[str], before: Callable[[], None] | None = None
+) -> subprocess.CompletedProcess[str]:
+    """Run a verb, with something done in the child before it starts."""
+    return subprocess.run(
+        [*COVERTOOL, *words], capture_output=True, text=True, check=False, preexec_fn=before,
+        timeout=300,
+    )  # fmt: skip
+
+
+def three_lines(text: str) -> bool:
+    """Whether a text ends in what, where and mend, and shows no traceback."""
+    lines = [line.split(":")[0] for line in text.splitlines() if line][-3:]
+    return lines == ["error", "where", "mend"] and "Traceback" not in text
+
+
+@pytest.mark.parametrize("extension", [".gpkg", ".geojson", ".parquet", ".fgb"])
+def test_a_file_that_may_not_grow_is_refused_and_the_old_one_stays(
+    extension: str, tmp_path: Path
+) -> None:
+    """A limit on the size of files stands for a full disk: writes fail in the same places."""
+
+    def limit() -> None:
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000))
+
+    output = tmp_path / f"out{extension}"
+    output.write_bytes(b"old")
+    words = ["export", str(STUDY), "--layer", "buildings", "-o", str(output), "--overwrite"]
+    done = run(words, limit)
+    assert done.returncode == 1, done.stderr
+    assert three_lines(done.stderr), done.stderr
+    assert output.read_bytes() == b"old"
+    assert [path.name for path in tmp_path.iterdir()] == [output.name]
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="mounting a small disk needs root")
+def test_a_full_disk_is_told_and_leaves_nothing(tmp_path: Path) -> None:
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=256k", "tmpfs", str(disk)]
+    if subprocess.run(mount, capture_output=True, check=False).returncode != 0:
+        pytest.skip("a small disk cannot be mounted here")
+    try:
+        done = run(["coverage", str(STUDY), "--radius", "15", "-o", str(disk / "out.gpkg")])
+        assert done.returncode == 1
+        assert three_lines(done.stderr), done.stderr
+        assert list(disk.iterdir()) == []
+    finally:
+        subprocess.run(["umount", str(disk)], check=True)
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, -15)])
+def test_a_signal_ends_the_run_with_its_code_and_no_traceback(
+    number: signal.Signals, code: int, tmp_path: Path
+) -> None:
+    output = tmp_path / "out.gpkg"
+    words = ["coverage", str(STUDY), "--radius", "15", "--penetration", "0.1", "-o", str(output)]
+    process = subprocess.Popen(
+        [*COVERTOOL, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    time.sleep(1.2)
+    process.send_signal(number)
+    _, said = process.communicate(timeout=60)
+    assert process.returncode in (code, 128 + number)
+    assert "Traceback" not in said
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_closed_pipe_ends_a_table_quietly() -> None:
+    line = f"{' '.join(COVERTOOL)} coverage {STUDY} --curve 5:200:40 | head -n 1"
+    done = subprocess.run(["bash", "-c", line], capture_output=True, text=True, check=False)
+    assert done.stdout.startswith("Transit area")
+    assert "Traceback" not in done.stderr
+    assert "BrokenPipe" not in done.stderr
+
+
+def test_a_full_standard_output_is_an_error() -> None:
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [*COVERTOOL, "coverage", str(STUDY), "--radius", "15"],
+            stdout=full, stderr=subprocess.PIPE, text=True, check=False,
+        )  # fmt: skip
+    assert done.returncode == 1
+    assert three_lines(done.stderr)
+
+
+@pytest.mark.parametrize("megabytes", [150, 300])
+def test_too_little_memory_ends_in_an_error_and_not_in_a_hang(
+    megabytes: int, tmp_path: Path
+) -> None:
+    def limit() -> None:
+        resource.setrlimit(resource.RLIMIT_AS, (megabytes << 20, megabytes << 20))
+
+    output = tmp_path / "out.gpkg"
+    done = run(["coverage", str(STUDY), "--radius", "15", "-o", str(output)], limit)
+    assert done.returncode != 0
+    assert not output.exists()
