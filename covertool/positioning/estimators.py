@@ -93,7 +93,9 @@ class Estimator(Protocol):
 
 def isotropic(rows: int, variance_m2: float) -> Floats:
     """Return (rows, 3) covariances with the same variance along both axes."""
-    return np.tile(np.array([variance_m2, 0.0, variance_m2]), (rows, 1))
+    covariance = np.zeros((rows, 3))
+    covariance[:, 0] = covariance[:, 2] = variance_m2
+    return covariance
 
 
 def load_estimator(name: str) -> Estimator:

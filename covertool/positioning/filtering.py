@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from covertool.model import Floats
-from covertool.positioning.estimators import Estimator, Measurements, State
+from covertool.positioning.estimators import Estimator, Measurements, State, isotropic
 from covertool.positioning.gps import Sensors, noise_of_runs
 from covertool.positioning.hearing import Hearing, Mask, Step, Steps
 from covertool.positioning.linear import DIFFUSE_M2, fuse_position
@@ -16,6 +16,7 @@ from covertool.positioning.neighbours import Candidates, Selection
 from covertool.positioning.noise import ANCHOR, Indices
 from covertool.positioning.options import PositioningOptions
 from covertool.positioning.ranging import RangeModel, Shared, hear
+from covertool.positioning.rows import keep_rows, rows_of
 from covertool.positioning.smoothing import Passed, smoothed
 from covertool.positioning.statistics import Sums
 
@@ -115,9 +116,11 @@ class Filtering:
     def _sensed_velocity(self, step: Step) -> Floats:
         """Return the velocity that carries the estimate to this step."""
         now = self._sensors.velocity(step.time, step.car, step.velocity)
-        past = self._velocity[:, step.car].reshape(-1, 2)
-        self._velocity[:, step.car] = now.reshape(self._runs, -1, 2)
-        return now if self._options.velocity == "current" else past
+        if self._options.velocity == "current":
+            return now
+        past = rows_of(self._velocity, step.car)
+        keep_rows(self._velocity, step.car, now)
+        return past
 
     def _rows(self, of_cars: Mask) -> Mask:
         """Return a mask of cars as one of rows."""
@@ -125,20 +128,14 @@ class Filtering:
 
     def _predict(self, step: Step, gps: Floats, velocity: Floats) -> State:
         """Return what is known before the measurements: new cars start, halted cars stay."""
-        past = State(
-            self._position[:, step.car].reshape(-1, 2), self._covariance[:, step.car].reshape(-1, 3)
-        )
-        carried = self._estimator.predict(past, velocity, self._steps.step_s)
-        begun = self._estimator.start(gps, self._options.gps_axis_m**2)
-        stay, new = self._rows(step.halted > 0)[:, None], self._rows(step.new)[:, None]
-        parts = zip(
-            (past.position, past.covariance),
-            (carried.position, carried.covariance),
-            (begun.position, begun.covariance),
-            strict=True,
-        )
-        position, covariance = (np.where(new, b, np.where(stay, p, c)) for p, c, b in parts)
-        return State(position, covariance)
+        past = State(rows_of(self._position, step.car), rows_of(self._covariance, step.car))
+        predicted = self._estimator.predict(past, velocity, self._steps.step_s)
+        if step.halted.any():
+            predicted = _where(self._rows(step.halted > 0), past, predicted)
+        if step.new.any():
+            begun = self._estimator.start(gps, self._options.gps_axis_m**2)
+            predicted = _where(self._rows(step.new), begun, predicted)
+        return predicted
 
     def _update(self, step: Step, predicted: State, gps: Floats, velocity: Floats) -> State:
         if step.selection is None:
@@ -181,12 +178,8 @@ class Filtering:
         if sharing == "truth":
             position = np.tile(step.position, (self._runs, 1))
             return State(position, np.zeros_like(predicted.covariance))
-        fixed = self._rows(step.fixed)[:, None]
-        variance = self._options.gps_axis_m**2 * np.array([1.0, 0.0, 1.0])
-        return State(
-            np.where(fixed, predicted.position, gps),
-            np.where(fixed, predicted.covariance, variance),
-        )
+        fixes = State(gps, isotropic(len(gps), self._options.gps_axis_m**2))
+        return _where(self._rows(step.fixed), predicted, fixes) if step.fixed.any() else fixes
 
     def _hear(
         self,
@@ -198,7 +191,9 @@ class Filtering:
         gps: Floats,
         velocity: Floats,
     ) -> Measurements:
-        rows = (np.arange(self._runs)[:, None] * step.car.size + own).ravel()
+        everyone = own.size == step.car.size
+        rows = np.arange(self._runs)[:, None] * step.car.size + own
+        some = slice(None) if everyone else rows.ravel()
         shared = self._shared(step, said)
         address = (self._key, self._first_run, self._runs, step.time)
         neighbour, count = selection.neighbour[own], filled[own]
@@ -207,8 +202,8 @@ class Filtering:
             self._steps.step_s,
             *address,
             step.car[own],
-            velocity[rows],
-            gps[rows],
+            velocity[some],
+            gps[some],
             self._fusion_m2,
             np.tile(count, self._runs),
             np.tile(neighbour, (self._runs, 1)),
@@ -233,6 +228,9 @@ class Filtering:
             return state
         used = self._listened(step, step.selection) > 0
         halted = step.halted > 0
+        if used.all() and not halted.any():
+            self._since_fix[step.car] = 0
+            return state
         position, covariance = state.position.copy(), state.covariance.copy()
         due = self._rows(~used & ~halted & ~step.new) & self._reset_due(step, used, covariance)
         position[due] = gps[due]
@@ -262,8 +260,8 @@ class Filtering:
         return self._rows(due)
 
     def _keep(self, step: Step, state: State) -> None:
-        self._position[:, step.car] = state.position.reshape(self._runs, -1, 2)
-        self._covariance[:, step.car] = state.covariance.reshape(self._runs, -1, 3)
+        keep_rows(self._position, step.car, state.position)
+        keep_rows(self._covariance, step.car, state.covariance)
         if self._options.pseudo_anchor == "covariance":
             spread = state.covariance[:, 0] + state.covariance[:, 2]
             moving = step.halted == 0
@@ -278,3 +276,11 @@ class Filtering:
         once = np.ones(own.size, np.int64)
         shared, codes = self._shared(step, state), np.ascontiguousarray(listed.code[:, None])
         return hear(*address, step.car, own, codes, once, shared, self._model).range_m[:, 0]
+
+
+def _where(chosen: Mask, one: State, other: State) -> State:
+    """Return the chosen rows of one state, and else those of the other."""
+    return State(
+        np.where(chosen[:, None], one.position, other.position),
+        np.where(chosen[:, None], one.covariance, other.covariance),
+    )

@@ -72,9 +72,16 @@ class Sensors:
             error = np.where(new[None, :, None], fresh, stay)
             self._error[:, car] = error
             normals = error.reshape(-1, 2)
-        return np.tile(truth, (runs, 1)) + self._gps_m * normals
+        return _around(truth, self._gps_m, normals)
 
     def velocity(self, time: int, car: Indices, truth: Floats) -> Floats:
         """Return (runs * cars, 2) measured velocities in m/s."""
         normals = self._normals(VELOCITY, time, car)
-        return np.tile(truth, (self._address[1], 1)) + self._sigma_velocity * normals
+        return _around(truth, self._sigma_velocity, normals)
+
+
+def _around(truth: Floats, sigma: float, normals: Floats) -> Floats:
+    """Return the truth of each car with its noise in every run."""
+    noisy: Floats = sigma * normals.reshape(-1, *truth.shape)
+    noisy += truth
+    return noisy.reshape(-1, 2)

@@ -62,10 +62,10 @@ class GpsOdometry:
 
 def carry_on(state: State, velocity: Floats, step_s: float, added_m2: float) -> State:
     """Return dead reckoning: ``x + Ts v``, with a variance added along both axes."""
-    return State(
-        state.position + step_s * velocity,
-        state.covariance + np.array([added_m2, 0.0, added_m2]),
-    )
+    covariance = state.covariance.copy()
+    covariance[:, 0] += added_m2
+    covariance[:, 2] += added_m2
+    return State(state.position + step_s * velocity, covariance)
 
 
 def fuse_position(state: State, position: Floats, variance_m2: float) -> State:

@@ -129,8 +129,7 @@ def hear(
     n, cars, most = own.size, car.size, neighbour.shape[1]
     rows = runs * n
     ranges, variance = np.zeros((rows, most)), np.ones((rows, most))
-    xs, ys = np.zeros((rows, most)), np.zeros((rows, most))
-    covariance = np.zeros((rows, most, 3))
+    xs, ys, covariance = np.zeros((rows, most)), np.zeros((rows, most)), np.zeros((rows, most, 3))
     from_car, to, true_m = _place_addresses(own, neighbour, count, car, shared)
     noise, spare = np.empty(true_m.size), np.empty(true_m.size)
     extra_m = np.zeros(true_m.size)
