@@ -32,7 +32,7 @@ def test_the_readme_lists_the_checksums_of_the_files():
     listed = re.findall(
         r"^\| (\S+) \| (\d+) \| ([0-9a-f]{64}) \|$", (DATA / "README.md").read_text(), re.M
     )
-    assert len(listed) == 4
+    assert len(listed) == 5
     for name, size, checksum in listed:
         content = (DATA / name).read_bytes()
         assert (len(content), hashlib.sha256(content).hexdigest()) == (int(size), checksum), name

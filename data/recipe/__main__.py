@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from covertool.gis.sample import SAMPLE_TRACE
 from covertool.gis.write import write_layers
 from data.recipe import layers
 from data.recipe.observations import observe
@@ -11,12 +12,13 @@ from data.recipe.orthophoto import write_orthophoto
 from data.recipe.parameters import TOWN, Calibrated
 from data.recipe.readme import write_readme
 from data.recipe.town import lay_out, park
+from data.recipe.trace import write_trace
 
 FOLDER = Path(__file__).parents[1]
 
 
 def main() -> None:
-    """Write the study, the orthophoto with its mask, the observations and the README's tables."""
+    """Write the study, its orthophoto, mask, trace and observations, and the README's tables."""
     calibrated = Calibrated()
     fabric = lay_out(calibrated)
     cars = park(fabric, calibrated)
@@ -34,6 +36,7 @@ def main() -> None:
         overwrite=True,
         metadata={"title": TOWN, "synthetic": "yes: no real place, made by data/recipe"},
     )
+    write_trace(FOLDER / SAMPLE_TRACE, layers.streets(fabric))
     observe(segments).to_csv(FOLDER / "observations.csv", index=False, lineterminator="\n")
     write_orthophoto(FOLDER, fabric, layers.vehicles(cars))
     write_readme(FOLDER, transit, layers.anchors(cars))

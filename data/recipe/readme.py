@@ -9,7 +9,7 @@ from covertool.coverage import coverage_levels
 from covertool.model import Anchors, TransitArea
 from data.recipe.parameters import SEED, TABLE_IV_PERCENT
 
-FILES = ("sample.gpkg", "observations.csv", "orthophoto.tif", "road_mask.tif")
+FILES = ("sample.gpkg", "observations.csv", "orthophoto.tif", "road_mask.tif", "trace.parquet")
 _BEGIN, _END = "<!-- made by data/recipe/readme.py -->\n", "<!-- end -->\n"
 
 
