@@ -21,7 +21,8 @@ THROUGH_KINDS = frozenset(
         ),
     }
 )
-RING_M = 1500.0
+RING_M = 1000.0
+"""The paper does not print the length of its campus circuit."""
 _LEAST_SHARE = 0.5
 """A part that holds less than this share of the streets is no town's circuit."""
 _CANDIDATES = 400

@@ -89,7 +89,7 @@ def campus_demand(
     Parameters
     ----------
     circuit : ids of edges that close a ring; without them the ring of the network whose length is
-        nearest to 1500 m
+        nearest to a kilometre
     seed : of the places, 0 to 2147483646
 
     Raises

@@ -65,7 +65,11 @@ def trace_of(
     _refuse_twice(rows, where)
     east, north = np.sin(np.radians(rows.angle)), np.cos(np.radians(rows.angle))
     half_m = _lengths_m(rows.vehicle, length_m) / 2
-    x, y = rows.x - east * half_m, rows.y - north * half_m
+    x, y = rows.x, rows.y
+    if projection is not None and projection.source.is_geographic:
+        x, y = projection.to_crs(x, y)
+        projection = None
+    x, y = x - east * half_m, y - north * half_m
     if projection is not None:
         ahead = projection.to_crs(x + east * _AHEAD_M, y + north * _AHEAD_M)
         x, y = projection.to_crs(x, y)
