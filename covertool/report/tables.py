@@ -50,7 +50,7 @@ PARTS: Mapping[str, Part] = {
     "zones": Part(
         "coverage_zones",
         "Coverage of each zone",
-        "covertool coverage STUDY --radius 15 --zones ZONES --into STUDY",
+        "covertool coverage STUDY --radius 15 --by ZONES --into STUDY",
     ),
     "congestion": Part(
         "occupancy",
@@ -70,6 +70,11 @@ PARTS: Mapping[str, Part] = {
     "improvements": Part(
         "improvements",
         "How much parked cars take off the position error",
+        "covertool simulate STUDY --into STUDY",
+    ),
+    "parked_met": Part(
+        "parked_met",
+        "Parked cars that a moving car meets on its way",
         "covertool simulate STUDY --into STUDY",
     ),
 }
@@ -130,7 +135,8 @@ def sheet(found: Findings, name: str) -> Sheet:
             found.path,
             part.mend.replace("STUDY", found.path),
         )
-    return _coverage(part, frame) if name == "coverage" else _flat(name, part.title, frame)
+    as_levels = {"level", "fraction"} <= set(frame.columns) or "expected" in frame.columns
+    return (_side_by_side if as_levels else _flat)(name, part.title, frame)
 
 
 def sheets(found: Findings) -> list[Sheet]:
@@ -176,25 +182,47 @@ def _cell(value: Any) -> Cell:
 
 
 _LEVEL_WORDS = ("none", "one", "two", "three or more")
+_OF_LEVELS: Mapping[str, tuple[str, str, float, int]] = {
+    # column: (name, unit, factor, decimals)
+    "area_m2": ("m2", "m2", 1.0, 0),
+    "fraction": ("percent", "%", 100.0, 2),
+    "expected": ("percent", "%", 100.0, 2),
+    "se": ("se_percent", "standard error, %", 100.0, 2),
+    "slope_per_m": ("percent_per_m", "% per m", 100.0, 3),
+}
 
 
-def _coverage(part: Part, frame: pd.DataFrame) -> Sheet:
-    """Return one row for each radius, the levels side by side as in the paper's Table IV."""
-    keys = [name for name in ("device_class", "radius_m", "origin", "anchors") if name in frame]
-    titles = [heading(name) for name in keys]
+def _side_by_side(name: str, title: str, frame: pd.DataFrame) -> Sheet:
+    """Return the four levels of a thing in one row, as in the paper's Table IV."""
+    values = [column for column in _OF_LEVELS if column in frame.columns]
+    keys = [str(column) for column in frame.columns if column not in (*values, "level")]
+    titles = [heading(key) for key in keys]
     for level, words in enumerate(_LEVEL_WORDS):
-        titles.append(Heading(f"level_{level}_m2", f"Level {level}: {words} (m2)", 0))
-        titles.append(Heading(f"level_{level}_percent", f"Level {level}: {words} (%)", 2))
+        for column in values:
+            short, unit, _, digits = _OF_LEVELS[column]
+            titles.append(
+                Heading(f"level_{level}_{short}", f"Level {level}: {words} ({unit})", digits)
+            )
     titles.append(Heading("covered_percent", "covered, Levels 1 to 3 (%)", 2))
     rows = []
-    for values, group in frame.groupby(keys, dropna=False, sort=False):
-        areas = dict(zip(group["level"], group["area_m2"], strict=True))
-        shares = dict(zip(group["level"], group["fraction"], strict=True))
-        cells = [_cell(value) for value in values]
+    for key, group in frame.groupby(keys, dropna=False, sort=False):
+        by_level = group.set_index("level")[values].to_dict("index")
+        cells = [_cell(value) for value in key]
         for level in range(len(_LEVEL_WORDS)):
-            cells += [areas.get(level), 100 * shares[level] if level in shares else None]
-        rows.append((*cells, 100 * sum(share for level, share in shares.items() if level > 0)))
-    return Sheet("coverage", part.title, tuple(titles), tuple(rows))
+            found = by_level.get(level, {})
+            cells += [_scaled(found.get(column), _OF_LEVELS[column][2]) for column in values]
+        shares = [by_level.get(level, {}).get(_share_of(values)) for level in (1, 2, 3)]
+        rows.append((*cells, 100 * sum(share for share in shares if share is not None)))
+    return Sheet(name, title, tuple(titles), tuple(rows))
+
+
+def _share_of(values: Sequence[str]) -> str:
+    return "expected" if "expected" in values else "fraction"
+
+
+def _scaled(value: Any, factor: float) -> Cell:
+    cell = _cell(value)
+    return cell * factor if isinstance(cell, int | float) else None
 
 
 def _summary(found: Findings) -> Sheet:

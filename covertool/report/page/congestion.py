@@ -16,8 +16,8 @@ def congestion_section(study: ReportStudy) -> Section:
     blocks: list[Block] = []
     cells = study.table("occupancy")
     if cells is None:
-        command = f"covertool congestion table OBSERVATIONS --into {study.name}"
-        blocks.append(Missing("how much street length is congested at rush hour", command))
+        what = "how much street length is congested at rush hour"
+        blocks.append(Missing(what, study.command("congestion")))
     else:
         blocks += [
             Prose(
@@ -30,7 +30,7 @@ def congestion_section(study: ReportStudy) -> Section:
             _table(cells, study.table("occupancy_means")),
         ]
     if "congestion" not in study.layers:
-        command = f"covertool congestion map OBSERVATIONS --into {study.name}"
+        command = study.named("covertool congestion map OBSERVATIONS --into STUDY")
         blocks.append(Missing("the streets coloured by congestion at one rush hour", command))
     return Section("congestion", "Congestion", tuple(blocks))
 

@@ -47,12 +47,7 @@ def by_radius(frame: pd.DataFrame) -> dict[str, dict[int, pd.Series]]:
 def _summary(study: ReportStudy) -> list[Block]:
     frame = study.table("coverage_summary")
     if frame is None:
-        return [
-            Missing(
-                "how much of the transit area each level takes",
-                f"covertool coverage {study.name} --radius 15 --into {study.name}",
-            )
-        ]
+        return [Missing("how much of the transit area each level takes", study.command("coverage"))]
     found = by_radius(_everyone(frame))
     shares = {name: [100 * rows[level]["fraction"] for level in range(4)]
               for name, rows in found.items()}  # fmt: skip
@@ -84,8 +79,7 @@ def _everyone(frame: pd.DataFrame) -> pd.DataFrame:
 def _curve(study: ReportStudy) -> list[Block]:
     frame = study.table("coverage_curve")
     if frame is None:
-        command = f"covertool coverage {study.name} --curve 5:200:40 --into {study.name}"
-        return [Missing("coverage against the radius", command)]
+        return [Missing("coverage against the radius", study.command("curve"))]
     x, percents = _shares(frame, "radius_m", "fraction")
     low, high = percents[0], percents[-1]
     summary = (
@@ -103,8 +97,8 @@ def _curve(study: ReportStudy) -> list[Block]:
 def _penetration(study: ReportStudy) -> list[Block]:
     frame = study.table("coverage_penetration")
     if frame is None:
-        command = f"covertool coverage {study.name} --penetration 0.05,0.1,0.5 --into {study.name}"
-        return [Missing("coverage when only a share of the cars is equipped", command)]
+        what = "coverage when only a share of the cars is equipped"
+        return [Missing(what, study.command("penetration"))]
     blocks: list[Block] = []
     names = np.array(radius_names(frame), dtype=object)
     for i, name in enumerate(dict.fromkeys(names)):
@@ -127,8 +121,7 @@ def _penetration(study: ReportStudy) -> list[Block]:
 def _zones(study: ReportStudy) -> list[Block]:
     frame = study.table("coverage_zones")
     if frame is None:
-        command = f"covertool coverage {study.name} --by ZONES.geojson --into {study.name}"
-        return [Missing("coverage by zone", command)]
+        return [Missing("coverage by zone", study.command("zones"))]
     blocks: list[Block] = []
     names = np.array(radius_names(frame), dtype=object)
     for name in dict.fromkeys(names):

@@ -132,7 +132,7 @@ def _facts(study: ReportStudy) -> list[tuple[str, str]]:
     facts: list[tuple[str, str]] = []
     if "transit" in study.layers and "area_m2" in study.layers["transit"]:
         area = float(study.layers["transit"]["area_m2"].sum())
-        facts.append((f"{area:,.0f} m²", "of streets and aisles where cars move"))
+        facts.append((f"{area:,.0f} m²", "transit area: where cars drive"))
     if "anchors" in study.layers:
         facts.append((f"{len(study.layers['anchors']):,}", "parked cars and other anchors"))
     summary = study.table("coverage_summary")

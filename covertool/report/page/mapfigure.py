@@ -120,7 +120,7 @@ def _add(plot: figure, layer: MapLayer, drawn: Drawn, *, shown: bool) -> None:
         ColumnDataSource(data),
         glyph,
         selection_glyph=chosen,
-        nonselection_glyph=None,
+        nonselection_glyph=glyph,  # a copy of Bokeh's own would keep the light colours
         visible=shown,
         name=layer.key,
     )

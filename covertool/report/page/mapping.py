@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import shapely
 
-from covertool.model import Objects
+from covertool.model import Floats, Objects
 from covertool.report.page import theme
 from covertool.report.page.popups import (
     Columns,
@@ -86,7 +86,7 @@ def _buildings(frame: gpd.GeoDataFrame, _: ReportStudy) -> list[MapLayer]:
 
 
 def _transit(frame: gpd.GeoDataFrame, _: ReportStudy) -> list[MapLayer]:
-    values = texts(frame, {"area_m2": ("Area", square_metres)})
+    values = texts(frame, {"area_m2": ("Whole area", square_metres)})
     label = "Transit area, not covered"
     return [MapLayer("transit", label, "area", _shapes(frame), values, theme.TRANSIT, opacity=0.75)]
 
@@ -98,7 +98,8 @@ def _level(level: int) -> Callable[[gpd.GeoDataFrame, ReportStudy], list[MapLaye
         for name in dict.fromkeys(names):
             rows = frame[names == name]
             shapes, row = shapely.get_parts(_shapes(rows), return_index=True)
-            whole = texts(rows, {"area_m2": ("Whole level", square_metres)})
+            head = "Level in this tile" if "tile" in rows else "Whole level"
+            whole = texts(rows, {"area_m2": (head, square_metres)})
             values = {"Radius": [str(name)] * len(shapes)}
             values["This patch"] = [square_metres(area) for area in shapely.area(shapes)]
             values |= {head: [texts[i] for i in row] for head, texts in whole.items()}
@@ -120,7 +121,7 @@ def _level(level: int) -> Callable[[gpd.GeoDataFrame, ReportStudy], list[MapLaye
 
 def _zones(frame: gpd.GeoDataFrame, study: ReportStudy) -> list[MapLayer]:
     columns = [c for c in frame.columns if c != frame.geometry.name]
-    values = {str(c): [plain(v) for v in frame[c]] for c in columns[:4]}
+    values = {spaced(c).capitalize(): [plain(v) for v in frame[c]] for c in columns[:4]}
     return [MapLayer("zones", "Zones", "outline", _shapes(frame), values, theme.INK)]
 
 
@@ -185,57 +186,51 @@ def _congestion(frame: gpd.GeoDataFrame, _: ReportStudy) -> list[MapLayer]:
     return made
 
 
+_TRACK_COLUMNS: Columns = {
+    "vehicle": ("Car", str),
+    "mean_error_m": ("Mean error", metres),
+    "traditional_m": ("Without parked cars", metres),
+    "percent": ("Taken off", lambda v: f"{v:.1f} %"),
+    "met": ("Parked cars met", plain),
+    "met_per_km": ("Met per km", plain),
+    "estimator": ("Estimator", str),
+    "radius_m": ("Zone", metres),
+    "sigma_range_m": ("Range noise", metres),
+}
+
+
 def _trajectories(frame: gpd.GeoDataFrame, _: ReportStudy) -> list[MapLayer]:
-    columns: Columns = {"vehicle": ("Car", str)}
-    columns |= {
-        name: (name.removesuffix("_m").replace("_", " ").capitalize(), metres)
-        for name in frame.columns
-        if str(name).endswith("error_m")
-    }
-    if "mean_error_m" not in frame:
-        return [
-            MapLayer(
-                "tracks",
-                "Tracks of moving cars",
-                "line",
-                _shapes(frame),
-                texts(frame, columns),
-                theme.ERRORS[0],
-                shown=False,
-                width=1.5,
-            )
-        ]
-    made = []
-    errors = frame["mean_error_m"].to_numpy(dtype=float)
+    """Return one layer for each class of mean error, the largest error on top."""
+    errors = np.full(len(frame), np.nan)
+    if "mean_error_m" in frame:
+        errors = frame["mean_error_m"].to_numpy(dtype=float, na_value=np.nan)
+    classes = [("tracks", "Tracks of cars, error not known", theme.MUTED, np.isnan(errors))]
     edges = _round_edges(errors)
-    for i, (low, high) in reversed(list(enumerate(pairwise(edges)))):
-        rows = frame[(errors >= low) & (errors < high)]
-        if len(rows):
-            # The last class of colours is the smallest error, whatever the number of classes.
-            colour = theme.ERRORS[len(edges) - 2 - i]
-            made.append(
-                MapLayer(
-                    f"tracks-{i}",
-                    f"Track, mean error {low:g} to {high:g} m",
-                    "line",
-                    _shapes(rows),
-                    texts(rows, columns),
-                    colour,
-                    shown=False,
-                    width=1.8,
-                )
-            )
-    return made[::-1]
+    # The smallest errors have the last colour, however many classes there are.
+    for i, (low, high) in enumerate(pairwise(edges)):
+        label = f"Track, mean error {low:g} to {high:g} m"
+        inside = (errors >= low) & (errors < high)
+        classes.append((f"tracks-{i}", label, theme.ERRORS[len(theme.ERRORS) - 1 - i], inside))
+    return [
+        MapLayer(key, label, "line", _shapes(frame[rows]), texts(frame[rows], _TRACK_COLUMNS),
+                 colour, shown=False, width=1.8)
+        for key, label, colour, rows in classes
+        if rows.any()
+    ]  # fmt: skip
 
 
-def _round_edges(errors: Any) -> list[float]:
-    """Return up to six round class edges that hold all the errors."""
+def _round_edges(errors: Floats) -> list[float]:
+    """Return round edges of up to five classes that hold all the errors.
+
+    >>> _round_edges(np.array([0.4, 9.9]))
+    [0.0, 2.0, 4.0, 6.0, 8.0, 10.0]
+    """
     top = float(np.nanmax(errors, initial=0.0))
-    step = next((s for s in (0.5, 1, 2, 5, 10, 20, 50) if s * len(theme.ERRORS) > top), None)
-    if step is None:
-        step = float(np.ceil((top + 1) / len(theme.ERRORS)))
-    count = int(top // step) + 1
-    return [step * i for i in range(count + 1)]
+    most = len(theme.ERRORS)
+    step = next((s for s in (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0) if s * most > top), top)
+    count = min(int(top // step) + 1, most)
+    edges = [step * i for i in range(count + 1)]
+    return [*edges[:-1], float(np.nextafter(top, np.inf))] if edges[-1] <= top else edges
 
 
 def _vehicles(frame: gpd.GeoDataFrame, _: ReportStudy) -> list[MapLayer]:

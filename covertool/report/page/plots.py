@@ -157,9 +157,9 @@ def saving_plot(savings: Sequence[Saving]) -> figure:
 
 
 def density_plot(density: Floats, percent: Floats, names: Sequence[str]) -> figure:
-    """Return each car's improvement against how densely cars park along its way."""
+    """Return each car's improvement against how many parked cars it met per kilometre."""
     plot = _figure(
-        x_label="parked cars per km of way", y_label="taken off the mean error (%)", height=320
+        x_label="parked cars met per km", y_label="taken off the mean error (%)", height=320
     )
     source = ColumnDataSource(
         {"x": density.tolist(), "y": percent.tolist(), "name": [str(name) for name in names]}

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from covertool.report.page.blocks import Block, Missing, Plot, Prose, Section, Table
 from covertool.report.page.plots import (
     ERROR_KEY,
@@ -37,12 +35,11 @@ _ERRORS = (
     ("p95_error_m", "95th percentile"),
     ("bound_rmse_m", "Lower bound (RMSE)"),
 )
-_DENSITY = "parked_per_km"
 
 
 def positioning_section(study: ReportStudy) -> Section:
     """Return the tables and plots of the simulation that the study holds."""
-    command = f"covertool simulate {study.name} --into {study.name}"
+    command = study.command("positioning")
     blocks: list[Block] = []
     results = study.table("positioning")
     if results is None:
@@ -54,6 +51,9 @@ def positioning_section(study: ReportStudy) -> Section:
         blocks += _savings(improvements)
     elif results is not None:
         blocks.append(Missing("the improvement that parked cars bring", command))
+    met = study.table("parked_met")
+    if met is not None:
+        blocks += _densities(met)
     if "trajectories" not in study.layers:
         blocks.append(Missing("the tracks of moving cars on the map", command))
     return Section("positioning", "Positioning", tuple(blocks))
@@ -129,7 +129,7 @@ def _span(values: list[float]) -> str:
 
 
 def _savings(frame: pd.DataFrame) -> list[Block]:
-    together, single = _of_all(frame), frame[frame["vehicle"] != "all"]
+    together = _of_all(frame)
     known = [
         Saving(_case(row), percent, _number(row.get("ci95_low")), _number(row.get("ci95_high")))
         for _, row in together.iterrows()
@@ -144,28 +144,26 @@ def _savings(frame: pd.DataFrame) -> list[Block]:
     rows = tuple((_case(row), *_saving_cells(row)) for _, row in together.iterrows())
     heads = ("Case", "Improvement (%)", "95 % from", "95 % to")
     blocks.append(Table("Improvement of the mean error, over all cars", heads, rows))
-    if len(single) and _DENSITY in single:
-        blocks += _densities(single)
     return blocks
 
 
 def _densities(frame: pd.DataFrame) -> list[Block]:
-    """Return one plot for each case: each car's improvement against the density on its way."""
-    blocks: list[Block] = []
-    cases = np.array([_case(row) for _, row in frame.iterrows()], dtype=object)
-    for i, case in enumerate(dict.fromkeys(cases)):
-        rows = frame[(cases == case) & frame["percent"].notna().to_numpy()]
-        rows = rows[rows[_DENSITY].notna()]
-        if len(rows) < 2:
-            continue
-        x, y = rows[_DENSITY].to_numpy(dtype=float), rows["percent"].to_numpy(dtype=float)
-        told = (
-            f"{len(rows)} cars. Density on their ways goes from {x.min():.1f} to {x.max():.1f}"
-            f" parked cars per km; their improvement from {y.min():.1f} % to {y.max():.1f} %."
-        )
-        plot = density_plot(x, y, list(rows["vehicle"]))
-        blocks.append(Plot(f"plot-density-{i}", f"Density of parked cars, {case}", told, plot))
-    return blocks
+    """Return each reported car's improvement against the parked cars that it met, by layout."""
+    rows = frame[frame["met_per_km"].notna() & frame["percent"].notna()]
+    if not len(rows):
+        return []
+    x, y = rows["met_per_km"].to_numpy(dtype=float), rows["percent"].to_numpy(dtype=float)
+    told = (
+        f"{rows['vehicle'].nunique()} cars, a dot for each layout of parked cars, mean over the"
+        f" cases. They met {x.min():.1f} to {x.max():.1f} parked cars per km; that took"
+        f" {y.min():.1f} to {y.max():.1f} % off their mean error."
+    )
+    names = [
+        f"{car}, layout {layout}"
+        for car, layout in zip(rows["vehicle"], rows["scenario"], strict=True)
+    ]
+    plot = density_plot(x, y, names)
+    return [Plot("plot-density", "Parked cars met and what they save", told, plot)]
 
 
 def _by_percent(saving: Saving) -> float:

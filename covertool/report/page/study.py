@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -11,6 +12,7 @@ import numpy as np
 
 from covertool import crs as crs_door
 from covertool.errors import CrsError
+from covertool.report.tables import PARTS
 
 if TYPE_CHECKING:
     import geopandas as gpd
@@ -39,6 +41,7 @@ TABLES = (
     "occupancy_means",
     "positioning",
     "improvements",
+    "parked_met",
 )
 """The tables of a study that the report prints."""
 
@@ -81,6 +84,14 @@ class ReportStudy:
         """Return a table that the study holds and that has rows, else None."""
         frame = self.tables.get(name)
         return None if frame is None or frame.empty else frame
+
+    def command(self, part: str) -> str:
+        """Return the command that makes a part: one of `covertool.report.tables.PARTS`."""
+        return self.named(PARTS[part].mend)
+
+    def named(self, command: str) -> str:
+        """Return a command about STUDY as it is typed for this study."""
+        return command.replace("STUDY", shlex.quote(self.name))
 
     def provenance(self) -> list[dict[str, Any]]:
         """Return the provenance of each verb that wrote into the study, as far as readable."""

@@ -25,10 +25,7 @@ def provenance_section(study: ReportStudy, drawn: TownMap | None, crs: str) -> S
     ]
     if not told:
         blocks.append(
-            Missing(
-                "who wrote what into this study",
-                f"covertool coverage {study.name} --into {study.name}",
-            )
+            Missing("which command wrote what into this study", study.command("coverage"))
         )
     else:
         blocks += [_commands(told), _inputs(told), _versions(told)]
