@@ -120,7 +120,8 @@ def extract(
 
     \b
     A car whose centre lies inside the transit area is driving, others are parked. Where the
-    transit area holds the parking lanes too, add --parked-inside 1.3.
+    transit area holds the parking lanes too, add --parked-inside 1.3. Vans count as cars; trucks
+    and buses are left out.
     """
     started = time.perf_counter()
     _require_sense(mask, osm, output, into, score, preview, as_json)
@@ -242,6 +243,7 @@ def _report(
     if as_json:
         content: dict[str, Any] = {
             "vehicles": len(found.vehicles),
+            "trucks": found.trucks,
             "parked": parked,
             "transit_area_m2": None if area is None else area.area_m2,
             "gsd_m": found.gsd_m,
@@ -252,6 +254,8 @@ def _report(
         print_json("extract", {**content, "seconds": seconds, "provenance": whence})
         return
     rows = [["vehicles", str(len(found.vehicles))]]
+    if found.trucks:
+        rows.append(["trucks and buses, left out", str(found.trucks)])
     if area is not None:
         rows += [["parked", str(parked)], ["transit area m2", f"{area.area_m2:.0f}"]]
     rows += [["GSD m", f"{found.gsd_m:.3f}"], ["megapixels", f"{found.pixels / 1e6:.1f}"]]

@@ -14,7 +14,7 @@ from pyproj import CRS
 from covertool import crs as crs_door
 from covertool.errors import OptionError
 from covertool.extract.detectors.nms import oriented_nms
-from covertool.extract.detectors.protocol import Detections, Detector
+from covertool.extract.detectors.protocol import CAR, Detections, Detector
 from covertool.extract.mosaic import Mosaic, mosaics
 from covertool.extract.sites import ParkedRule, judge
 from covertool.extract.stretch import Stretch
@@ -34,12 +34,14 @@ class Extraction:
 
     Attributes
     ----------
-    vehicles : the vehicles, sorted by image, row and column
+    vehicles : the cars and vans, sorted by image, row and column
+    trucks : the number of trucks and buses, which are no cars and left out
     gsd_m : ground size of the first image's pixels
     pixels : pixels of all images together
     """
 
     vehicles: Vehicles
+    trucks: int
     gsd_m: float
     pixels: int
 
@@ -92,7 +94,7 @@ def extract_vehicles(
     ledger: Ledger | None = None,
     on_windows: Callable[[int, int], object] | None = None,
 ) -> Extraction:
-    """Return the vehicles of one or many images.
+    """Return the cars of one or many images; trucks and buses are counted and left out.
 
     Parameters
     ----------
@@ -130,17 +132,22 @@ def extract_vehicles(
     done = None if on_windows is None else lambda steps: on_windows(steps, len(pieces))
     results = spread(job, pieces, workers=workers, scheduler=scheduler, ledger=ledger, on_done=done)
     crs = images[0].crs if transit is None else transit.crs
-    parts = []
-    for i, image in enumerate(images):
-        own = [found for (k, _), found in zip(pieces, results, strict=True) if k == i]
-        parts.append(_placed(Detections.concatenate(own), image, job.grids[i], crs))
-    vehicles = _without_doubles(_joined(parts, crs))
+    found = [
+        Detections.concatenate(
+            [some for (k, _), some in zip(pieces, results, strict=True) if k == i]
+        )
+        for i in range(len(images))
+    ]
+    cars = [some.take(some.kind == CAR) for some in found]
+    others = [some.take(some.kind != CAR) for some in found]
+    vehicles = _on_one_map(cars, images, job.grids, crs)
+    trucks = len(_on_one_map(others, images, job.grids, crs))
     if transit is not None:
         outline = _outline(images[0], crs) if len(images) == 1 else None
         vehicles = _judged(vehicles, transit, lots, rule or ParkedRule(), outline)
     ground = images[0].gsd_m(images[0].width / 2, images[0].height / 2)
     pixels = sum(source.width * source.height for source in sources)
-    return Extraction(vehicles, math.sqrt(ground[0] * ground[1]), pixels)
+    return Extraction(vehicles, trucks, math.sqrt(ground[0] * ground[1]), pixels)
 
 
 def _job(
@@ -209,12 +216,16 @@ def _on_map(image: Mosaic, x_px: Floats, y_px: Floats, crs: CRS) -> tuple[Floats
     return crs_door.transform(*image.to_metres(x_px, y_px), image.crs, crs)
 
 
-def _joined(parts: list[Vehicles], crs: CRS) -> Vehicles:
+def _on_one_map(
+    found: list[Detections], images: list[Mosaic], grids: tuple[WorkingGrid, ...], crs: CRS
+) -> Vehicles:
+    """Return the detections of all images, each vehicle once."""
+    parts = [_placed(*one, crs) for one in zip(found, images, grids, strict=True)]
     columns = {
         name: np.concatenate([part.columns()[name] for part in parts])
         for name in parts[0].columns()
     }
-    return Vehicles(**columns, crs=crs)
+    return _without_doubles(Vehicles(**columns, crs=crs))
 
 
 def _without_doubles(cars: Vehicles) -> Vehicles:

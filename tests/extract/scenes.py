@@ -16,7 +16,7 @@ from covertool.gis.geotiff import GeoRaster, open_raster
 
 @dataclass(frozen=True)
 class BrightBoxes:
-    """Finds every connected patch brighter than 150 as one oriented rectangle."""
+    """Finds every connected patch brighter than 150 as one rectangle; a long one is a truck."""
 
     name: str = "bright boxes"
     gsd_m: float = 0.2
@@ -37,7 +37,9 @@ class BrightBoxes:
             heading = np.degrees(np.arctan2(x, -y))
             centre = corners.mean(axis=0) + 0.5
             rows.append((*centre, heading, lengths.max() + 1, lengths.min() + 1, 0.9))
-        return Detections.of_cars(*np.array(rows).reshape(-1, 6).T)
+        table = np.array(rows).reshape(-1, 6)
+        kinds = np.where(table[:, 3] * self.gsd_m > 6.5, "truck", "car")
+        return Detections.of_cars(*table.T, kinds)
 
 
 def paint(

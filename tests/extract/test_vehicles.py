@@ -86,6 +86,16 @@ def test_any_depth_and_contrast_is_stretched_alike(tmp_path, kind):
     matched(extract_vehicles(raster, BrightBoxes()).vehicles, CARS)
 
 
+def test_trucks_are_counted_apart_once_across_windows_and_are_no_anchors(tmp_path):
+    truck = (EAST + 40.0, NORTH + 50.0, 90.0, 9.0, 2.5)
+    raster = paint(tmp_path / "a.tif", [*CARS, truck])
+    for core_px in (64, 2000):
+        found = extract_vehicles(raster, BrightBoxes(), core_px=core_px)
+        matched(found.vehicles, CARS)
+        assert found.trucks == 1
+        assert len(found.anchors()) == len(CARS)
+
+
 def test_nodata_hides_what_lies_there(tmp_path):
     raster = paint(tmp_path / "a.tif", CARS, nodata=230)
     assert len(extract_vehicles(raster, BrightBoxes()).vehicles) == 0

@@ -14,6 +14,9 @@ from covertool.model import Floats, Objects
 Pixels = npt.NDArray[np.uint8]
 Mask = npt.NDArray[np.bool_]
 
+CAR = "car"
+"""The kind of detections that are counted; a van is a car, a truck or a bus is none."""
+
 MIN_HALO_PX = 64
 """A car of 5 m at 0.20 m is 25 px long: 64 px show it and its surroundings whole."""
 
@@ -74,7 +77,7 @@ class Detections:
             np.asarray(values, dtype=np.float64).ravel()
             for values in (x_px, y_px, heading_deg, length_px, width_px, score)
         )
-        kinds = np.full(x.size, "car", dtype=object)
+        kinds = np.full(x.size, CAR, dtype=object)
         if kind is not None:
             kinds[:] = np.asarray(kind, dtype=object).ravel()
         return cls(x, y, np.mod(heading, 180.0), length, width, confidence, kinds)
