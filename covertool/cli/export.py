@@ -30,7 +30,7 @@ def export(
         typer.Option(
             "--table", metavar="NAME",
             help="The table to write: summary, coverage, curve, penetration, zones, congestion, "
-            "congestion_means, positioning, improvements, parameters, dictionary.",
+            "congestion_means, positioning, improvements, parked_met, parameters, dictionary.",
         ),
     ] = None,
     discs: Annotated[
