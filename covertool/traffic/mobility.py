@@ -176,14 +176,22 @@ def _parked(rows: FcdRows) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
 
 
 def _jumped(rows: FcdRows, step_s: float) -> frozenset[str]:
-    """Return vehicles that moved much further in one step than their speed allows."""
+    """Return vehicles that moved much further to another edge in one step than their speed allows.
+
+    On one edge SUMO changes lanes at once, however far apart they lie: that is no jump.
+    """
     order = np.lexsort((rows.time_s, rows.vehicle.astype(str)))
     name, time_s = rows.vehicle[order], rows.time_s[order]
+    edge = np.array([_edge_of(lane) for lane in rows.lane[order]], dtype=object)
     moved_m = np.hypot(np.diff(rows.x[order]), np.diff(rows.y[order]))
     speed = np.maximum(rows.speed[order][1:], rows.speed[order][:-1])
-    follows = (name[1:] == name[:-1]) & (np.diff(time_s) < 1.5 * step_s)
+    follows = (name[1:] == name[:-1]) & (np.diff(time_s) < 1.5 * step_s) & (edge[1:] != edge[:-1])
     far = moved_m > _JUMP_FACTOR * speed * step_s + _JUMP_M
     return frozenset(name[1:][follows & far].tolist())
+
+
+def _edge_of(lane: object) -> str:
+    return str(lane).rpartition("_")[0]
 
 
 def _lengths_m(rows: FcdRows, demand: Demand) -> dict[str, float]:
@@ -197,7 +205,7 @@ def _route_edges(rows: FcdRows) -> dict[str, tuple[str, ...]]:
     order = np.argsort(rows.time_s, kind="stable")
     found: dict[str, list[str]] = {}
     for name, lane in zip(rows.vehicle[order], rows.lane[order], strict=True):
-        edge = str(lane).rpartition("_")[0]
+        edge = _edge_of(lane)
         edges = found.setdefault(str(name), [])
         if edge and not edge.startswith(":") and (not edges or edges[-1] != edge):
             edges.append(edge)
