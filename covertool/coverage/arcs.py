@@ -10,7 +10,9 @@ from __future__ import annotations
 
 import math
 
-from covertool.coverage.compiled import compiled
+import numpy as np
+
+from covertool.coverage.compiled import compiled, inlined
 from covertool.coverage.crossings import (
     CROSSING,
     FIRST_WITHIN,
@@ -26,6 +28,20 @@ from covertool.coverage.crossings import (
 )
 
 
+@inlined
+def add_event(events, n, u, change, px, py):
+    """Write one event (place, change of depth or 0 for a transit edge, point); return n + 1."""
+    events[n, 0], events[n, 1], events[n, 2], events[n, 3] = u, change, px, py
+    return n + 1
+
+
+@inlined
+def move_event(events, source, target):
+    """Copy one event number by number; copying a row would make a temporary array."""
+    events[target, 0], events[target, 1] = events[source, 0], events[source, 1]
+    events[target, 2], events[target, 3] = events[source, 2], events[source, 3]
+
+
 @compiled
 def sort_events(events, n):
     """Sort the first n events by their place (Shell's method: few of them, nearly sorted)."""
@@ -34,23 +50,18 @@ def sort_events(events, n):
         gap = 3 * gap + 1
     while gap > 0:
         for i in range(gap, n):
-            at, kind, px, py = events[i, 0], events[i, 1], events[i, 2], events[i, 3]
+            at = events[i, 0]
             j = i
-            while j >= gap and events[j - gap, 0] > at:
-                events[j] = events[j - gap]
-                j -= gap
-            events[j, 0], events[j, 1], events[j, 2], events[j, 3] = at, kind, px, py
+            if events[j - gap, 0] > at:
+                kind, px, py = events[i, 1], events[i, 2], events[i, 3]
+                while j >= gap and events[j - gap, 0] > at:
+                    move_event(events, j - gap, j)
+                    j -= gap
+                add_event(events, j, at, kind, px, py)
         gap //= 3
 
 
-@compiled
-def add_event(events, n, u, change, px, py):
-    """Write one event (place, change of depth or 0 for a transit edge, point); return n + 1."""
-    events[n, 0], events[n, 1], events[n, 2], events[n, 3] = u, change, px, py
-    return n + 1
-
-
-@compiled
+@inlined
 def longest_gap(u0, u1, events, n0, n):
     """Return the middle of the longest free part between sorted events, and how many precede."""
     best, middle, before, last = -1.0, 0.5 * (u0 + u1), 0, u0
@@ -62,25 +73,23 @@ def longest_gap(u0, u1, events, n0, n):
     return middle, before
 
 
-@compiled
-def transit_events(cx, cy, r, quadrant, u0, u1, edges, e0, e1, events):
-    """Write the places where transit edges cross an arc; return their number."""
-    n = 0
-    for e in range(e0, e1):
-        ax, ay, bx, by = edges[e, 0], edges[e, 1], edges[e, 2], edges[e, 3]
-        _, count, enter, leave = edge_crossings(ax, ay, bx, by, cx, cy, r)
-        for which in range(count):
-            share = enter if which == 0 else leave
-            px, py = ax + share * (bx - ax), ay + share * (by - ay)
-            if quadrant_of(px - cx, py - cy) == quadrant:
-                x, y = turned(px - cx, py - cy, quadrant)
-                if u0 <= y - x < u1:
-                    n = add_event(events, n, y - x, 0.0, px, py)
+@inlined
+def transit_events(i, near, quadrant, u0, u1, hits, events):
+    """Write the places where transit edges cross an arc of disc i; return their number."""
+    n, h = 0, int(near[i, 5])
+    while h >= 0:
+        px, py = hits[h, 0], hits[h, 1]
+        x, y = px - near[i, 0], py - near[i, 1]
+        if quadrant_of(x, y) == quadrant:
+            x, y = turned(x, y, quadrant)
+            if u0 <= y - x < u1:
+                n = add_event(events, n, y - x, 0.0, px, py)
+        h = int(hits[h, 2])
     sort_events(events, n)
     return n
 
 
-@compiled
+@inlined
 def disc_events(i, j, near, quadrant, u0, u1, mid_x, mid_y, reach, events, n):
     """Write the places where disc j begins or ends to cover an arc of disc i.
 
@@ -109,9 +118,13 @@ def disc_events(i, j, near, quadrant, u0, u1, mid_x, mid_y, reach, events, n):
             x, y = turned(px - cx, py - cy, quadrant)
             if u0 <= y - x < u1:
                 n = add_event(events, n, y - x, weight, px, py)
+    if n == first:
+        covers = squared < other * other
+        return covers, covers, n
     if n - first == 2 and events[first, 0] > events[first + 1, 0]:
-        for c in range(4):
-            events[first, c], events[first + 1, c] = events[first + 1, c], events[first, c]
+        u, px, py = events[first, 0], events[first, 2], events[first, 3]
+        move_event(events, first + 1, first)
+        add_event(events, first + 1, u, weight, px, py)
     middle, before = longest_gap(u0, u1, events, first, n)
     vx, vy = point_at(middle, r, quadrant)
     covers = (cx + vx - ox) ** 2 + (cy + vy - oy) ** 2 < other * other
@@ -120,19 +133,19 @@ def disc_events(i, j, near, quadrant, u0, u1, mid_x, mid_y, reach, events, n):
     for e in range(first, n):
         events[e, 1] = -weight if covered else weight
         covered = not covered
-    return covers_start, covers_start and n == first, n
+    return covers_start, False, n
 
 
 @compiled
 def sweep_quadrant(
-    i, near, k, base, quadrant, x0, y0, x1, y1, centre_inside, edges, e0, e1, events, out, m
+    i, near, k, base, quadrant, x0, y0, x1, y1, centre_inside, edges, e0, e1, hits, events, out, m
 ):
     """Write the level boundaries on one quarter of circle i in a cell; return their number."""
     cx, cy, r = near[i, 0], near[i, 1], near[i, 2]
     u0, u1, from_x, from_y, to_x, to_y = quadrant_in_cell(cx, cy, r, quadrant, x0, y0, x1, y1)
     if u0 >= u1:
         return m
-    n = transit_events(cx, cy, r, quadrant, u0, u1, edges, e0, e1, events)
+    n = transit_events(i, near, quadrant, u0, u1, hits, events)
     middle, before = longest_gap(u0, u1, events, 0, n)
     vx, vy = point_at(middle, r, quadrant)
     qx, qy = 0.5 * (x0 + x1), 0.5 * (y0 + y1)
@@ -145,7 +158,7 @@ def sweep_quadrant(
         u0, px, py = events[0, 0], events[0, 2], events[0, 3]
         n -= 1
         for e in range(n):
-            events[e] = events[e + 1]
+            move_event(events, e + 1, e)
     if n % 2 == 1:
         n -= 1
         u1, end_x, end_y = events[n, 0], events[n, 2], events[n, 3]
@@ -183,8 +196,12 @@ def sweep_quadrant(
 
 
 @compiled
-def sweep_edge(near, k, base, edges, e, events, out, m):
-    """Write the parts of one transit edge with their depth; return their number."""
+def sweep_edge(near, k, base, edges, e, hits, h, events, out, m):
+    """Write the parts of one transit edge with their depth; return their number.
+
+    Every place where a circle crosses the edge is also noted in ``hits`` for that circle; the
+    number of hits so far is returned too.
+    """
     ax, ay, bx, by = edges[e, 0], edges[e, 1], edges[e, 2], edges[e, 3]
     depth, n = base, 0
     for j in range(k):
@@ -196,19 +213,29 @@ def sweep_edge(near, k, base, edges, e, events, out, m):
         if count == 2 or (count == 1 and not starts_in):
             px, py = ax + enter * (bx - ax), ay + enter * (by - ay)
             n = add_event(events, n, enter, weight, px, py)
+            h = add_hit(hits, h, near, j, px, py)
         if count == 2 or (count == 1 and starts_in):
             px, py = ax + leave * (bx - ax), ay + leave * (by - ay)
             n = add_event(events, n, leave, -weight, px, py)
+            h = add_hit(hits, h, near, j, px, py)
     sort_events(events, n)
     px, py = ax, ay
     for i in range(n + 1):
         x, y = (events[i, 2], events[i, 3]) if i < n else (bx, by)
         if m >= out.shape[0]:
-            return -1
+            return -1, h
         out[m, 0], out[m, 1], out[m, 2], out[m, 3] = px, py, x, y
         out[m, 4], out[m, 5], out[m, 6], out[m, 7] = 0.0, 0.0, depth, -1.0
         m += 1
         if i < n:
             depth += events[i, 1]
         px, py = x, y
-    return m
+    return m, h
+
+
+@inlined
+def add_hit(hits, h, near, j, px, py):
+    """Note that disc j crosses a transit edge in p, before its earlier hits; return h + 1."""
+    hits[h, 0], hits[h, 1], hits[h, 2] = px, py, near[j, 5]
+    near[j, 5] = np.float64(h)
+    return h + 1

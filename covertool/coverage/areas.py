@@ -146,12 +146,16 @@ def _level_areas(discs: DiscGrid, transit: EdgeGrid) -> LevelAreas:
 def _sum_levels(discs, shape, place, first_disc, cell, columns, first_edge, edges, inside):
     """Return for levels >= 1, 2, 3 the area, the length of arcs, and the sum of chords (x, y)."""
     sums = np.zeros((3, 4))
-    near, events, out = working_space()
+    near, hits, events, out = working_space(256)
     for c in range(inside.size):
-        m, near, events, out = cell_boundaries(
-            c, discs, shape, place, first_disc, cell, columns, first_edge, edges, inside,
-            near, events, out,
-        )  # fmt: skip
+        m = -1
+        while m < 0:
+            m = cell_boundaries(
+                c, discs, shape, place, first_disc, cell, columns, first_edge, edges, inside,
+                near, hits, events, out,
+            )  # fmt: skip
+            if m < 0:
+                near, hits, events, out = working_space(2 * out.shape[0])
         add_boundaries(out, m, sums)
     return sums
 
@@ -164,9 +168,11 @@ def add_boundaries(out, m, sums):
         dx, dy = x - px, y - py
         area, length = 0.5 * (px * dy - py * dx), 0.0
         if r > 0.0:
-            angle = 2.0 * math.asin(min(0.5 * math.sqrt(dx * dx + dy * dy) / r, 1.0))
-            area += 0.5 * r * r * (angle - math.sin(angle))
-            length = r * angle
+            # Half the chord over the radius is the sine of half the arc's angle.
+            sine = min(0.5 * math.sqrt(dx * dx + dy * dy) / r, 1.0)
+            angle = math.asin(sine)
+            area += r * r * (angle - sine * math.sqrt(1.0 - sine * sine))
+            length = 2.0 * r * angle
         for level in range(int(out[i, 5] + 0.5), min(int(out[i, 6] + 0.5), 3)):
             sums[level, 0] += area
             sums[level, 1] += length

@@ -9,86 +9,69 @@ import math
 import numpy as np
 
 from covertool.coverage.arcs import sweep_edge, sweep_quadrant
-from covertool.coverage.compiled import compiled
+from covertool.coverage.compiled import compiled, inlined
 
 
 @compiled
-def working_space():
-    """Return arrays to begin with: discs near a cell, events on an arc, boundaries found."""
-    return np.empty((64, 5)), np.empty((256, 4)), np.empty((256, 8))
+def working_space(size):
+    """Return arrays for discs near a cell, transit crossings, events on an arc, and boundaries."""
+    return np.empty((size, 6)), np.empty((size, 3)), np.empty((size, 4)), np.empty((size, 8))
 
 
 @compiled
 def cell_boundaries(
-    c, discs, shape, place, first_disc, cell, columns, first_edge, edges, inside, near, events, out
-):
-    """Write the level boundaries of cell c to ``out``; return their number and the work space.
+    c, discs, shape, place, first_disc, cell, columns, first_edge, edges, inside,
+    near, hits, events, out,
+):  # fmt: skip
+    """Write the level boundaries of cell c to ``out``; return their number, -1 if too many.
 
     See ``DiscGrid`` and ``EdgeGrid`` for the arguments, ``sweep_cell`` for the rows of ``out``.
-    The working space is returned because it may have grown.
     """
     e0, e1 = first_edge[c], first_edge[c + 1]
     if e0 == e1 and inside[c] == 0:
-        return 0, near, events, out
-    x, y = cell * (c % columns), cell * (c // columns)
-    x1, y1 = cell * (c % columns + 1), cell * (c // columns + 1)
+        return 0
+    column, row = c % columns, c // columns
+    x0, y0, x1, y1 = cell * column, cell * row, cell * (column + 1), cell * (row + 1)
     half = 0.5 * cell * (1.0 + 1e-9)
-    base, k = gather(0.5 * (x + x1), 0.5 * (y + y1), half, discs, shape, place, first_disc, near)
-    while k < 0:
-        near = np.empty((2 * near.shape[0], 5))
-        base, k = gather(
-            0.5 * (x + x1), 0.5 * (y + y1), half, discs, shape, place, first_disc, near
-        )
-    if 2 * (k + e1 - e0) + 2 > events.shape[0]:
-        events = np.empty((4 * (k + e1 - e0) + 4, 4))
-    m = sweep_cell(near, k, base, x, y, x1, y1, inside[c] > 0, edges, e0, e1, events, out)
-    while m < 0:
-        out = np.empty((2 * out.shape[0], 8))
-        m = sweep_cell(near, k, base, x, y, x1, y1, inside[c] > 0, edges, e0, e1, events, out)
-    return m, near, events, out
+    base, k = gather(0.5 * (x0 + x1), 0.5 * (y0 + y1), half, discs, shape, place, first_disc, near)
+    if k < 0 or 2 * k * (e1 - e0) > hits.shape[0] or 2 * (k + e1 - e0) > events.shape[0]:
+        return -1
+    return sweep_cell(
+        near, k, base, x0, y0, x1, y1, inside[c] > 0, edges, e0, e1, hits, events, out
+    )
 
 
 @compiled
-def sweep_cell(near, k, base, x0, y0, x1, y1, centre_inside, edges, e0, e1, events, out):
+def sweep_cell(near, k, base, x0, y0, x1, y1, centre_inside, edges, e0, e1, hits, events, out):
     """Write every level boundary of one cell to ``out``; return their number, -1 if too many.
 
     Parameters
     ----------
-    near : (>= k, 5) discs whose circle may cross the cell: x, y, radius, weight, index
+    near : (>= k, 6) discs whose circle may cross the cell: x, y, radius, weight, index, and
+        room for the last of their hits
     base : depth of the discs that cover the whole cell
     x0, y0, x1, y1 : the cell's lower left and upper right corner
     edges, e0, e1 : the transit edges of the cell are ``edges[e0:e1]``
-    events : (>= 2 k + 2 (e1 - e0) + 2, 4) working space
+    hits : (>= 2 k (e1 - e0), 3) working space: where circles cross edges, and the disc's hit before
+    events : (>= 2 k + 2 (e1 - e0), 4) working space
     out : (capacity, 8) rows of start x, y, end x, y, radius (0 for an edge), depth on the right,
         depth on the left, disc (-1 for an edge)
     """
-    m = 0
+    m, h = 0, 0
+    for j in range(k):
+        near[j, 5] = -1.0
+    for e in range(e0, e1):
+        m, h = sweep_edge(near, k, base, edges, e, hits, h, events, out, m)
+        if m < 0:
+            return -1
     for i in range(k):
         for quadrant in range(4):
             m = sweep_quadrant(
-                i,
-                near,
-                k,
-                base,
-                quadrant,
-                x0,
-                y0,
-                x1,
-                y1,
-                centre_inside,
-                edges,
-                e0,
-                e1,
-                events,
-                out,
-                m,
-            )
+                i, near, k, base, quadrant, x0, y0, x1, y1, centre_inside, edges, e0, e1,
+                hits, events, out, m,
+            )  # fmt: skip
             if m < 0:
                 return -1
-    for e in range(e0, e1):
-        m = sweep_edge(near, k, base, edges, e, events, out, m)
-        if m < 0:
-            return -1
     return m
 
 
@@ -104,8 +87,11 @@ def gather(qx, qy, half, discs, shape, place, first, near):
     for c in range(shape.shape[0]):
         columns, rows, offset = shape[c, 0], shape[c, 1], shape[c, 2]
         size, reach = place[c, 2], place[c, 3] + half * math.sqrt(2.0)
-        column, row = int((qx - place[c, 0]) // size), int((qy - place[c, 1]) // size)
-        for ring in range(int(reach // size) + 2):
+        column, row = (
+            math.floor((qx - place[c, 0]) / size),
+            math.floor((qy - place[c, 1]) / size),
+        )
+        for ring in range(int(reach / size) + 2):
             for y in range(max(row - ring, 0), min(row + ring, rows - 1) + 1):
                 step = 1 if abs(y - row) == ring or ring == 0 else 2 * ring
                 for x in range(column - ring, column + ring + 1, step):
@@ -121,7 +107,7 @@ def gather(qx, qy, half, discs, shape, place, first, near):
     return base, k
 
 
-@compiled
+@inlined
 def gather_cell(qx, qy, half, discs, d0, d1, near, base, k):
     """Sort the discs of one grid cell into those that cover, cross, and miss; see ``gather``."""
     for d in range(d0, d1):

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 
-from covertool.coverage.compiled import compiled
+from covertool.coverage.compiled import inlined
 
 TANGENT = 1e-12
 """Circles and edges that overlap by less than this share of a radius only touch."""
@@ -23,7 +23,7 @@ TANGENT = 1e-12
 APART, CROSSING, FIRST_WITHIN, SECOND_WITHIN = 0, 1, 2, 3
 
 
-@compiled
+@inlined
 def circle_crossings(xa, ya, ra, xb, yb, rb):
     """Return how two circles lie, and the two places where they cross."""
     dx, dy = xb - xa, yb - ya
@@ -43,32 +43,34 @@ def circle_crossings(xa, ya, ra, xb, yb, rb):
     return CROSSING, foot_x + across_x, foot_y + across_y, foot_x - across_x, foot_y - across_y
 
 
-@compiled
+@inlined
 def edge_crossings(ax, ay, bx, by, cx, cy, r):
     """Return whether an edge starts in a disc, how often it crosses the circle, and where.
 
     The places are shares of the edge. A vertex on the circle counts as outside for all edges.
     """
     limit = r * r * (1.0 - 2.0 * TANGENT)
-    starts_in = (ax - cx) ** 2 + (ay - cy) ** 2 < limit
+    to_x, to_y, ex, ey = cx - ax, cy - ay, bx - ax, by - ay
+    starts_in = to_x * to_x + to_y * to_y < limit
     ends_in = (bx - cx) ** 2 + (by - cy) ** 2 < limit
-    ex, ey = bx - ax, by - ay
-    squared = ex * ex + ey * ey
-    if (starts_in and ends_in) or squared == 0.0:
+    squared, along = ex * ex + ey * ey, to_x * ex + to_y * ey
+    if starts_in == ends_in and (starts_in or along <= 0.0 or along >= squared):
         return starts_in, 0, 0.0, 0.0
-    foot = ((cx - ax) * ex + (cy - ay) * ey) / squared
-    off = abs((cx - ax) * ey - (cy - ay) * ex) / math.sqrt(squared)
-    crosses = starts_in != ends_in
-    if not crosses and (foot <= 0.0 or foot >= 1.0 or off >= r * (1.0 - TANGENT)):
+    across = to_x * ey - to_y * ex
+    if not starts_in and not ends_in and across * across >= limit * squared:
         return starts_in, 0, 0.0, 0.0
-    half = math.sqrt(max((r - off) * (r + off), 0.0) / squared)
+    # (r - off) (r + off), each over the edge's length: exact near tangency.
+    length = math.sqrt(squared)
+    off = abs(across) / length
+    half = math.sqrt(max((r - off) * (r + off), 0.0)) / length
+    foot = along / squared
     enter, leave = min(max(foot - half, 0.0), 1.0), min(max(foot + half, 0.0), 1.0)
     if starts_in:
         return starts_in, 1, leave, leave
     return starts_in, 1 if ends_in else 2, enter, leave
 
 
-@compiled
+@inlined
 def quadrant_of(x, y):
     """Return the quadrant of a vector, half-open: its first axis belongs to it."""
     if y >= 0.0:
@@ -78,7 +80,7 @@ def quadrant_of(x, y):
     return 2 if x < 0.0 else 3
 
 
-@compiled
+@inlined
 def turned(x, y, quadrant):
     """Return a vector turned back by quarter circles, so that the quadrant becomes the first."""
     if quadrant == 0:
@@ -90,7 +92,7 @@ def turned(x, y, quadrant):
     return -y, x
 
 
-@compiled
+@inlined
 def turned_back(x, y, quadrant):
     """Return a vector of the first quadrant in its own quadrant."""
     if quadrant == 0:
@@ -102,7 +104,7 @@ def turned_back(x, y, quadrant):
     return y, -x
 
 
-@compiled
+@inlined
 def point_at(u, r, quadrant):
     """Return the vector to the place u of a quadrant of a circle of radius r."""
     s = 0.5 * u
@@ -110,7 +112,7 @@ def point_at(u, r, quadrant):
     return turned_back(t - s, t + s, quadrant)
 
 
-@compiled
+@inlined
 def quadrant_in_cell(cx, cy, r, quadrant, x_low, y_low, x_high, y_high):
     """Return the part of a quarter circle in a cell: its u from and to, and both end vectors."""
     x0, y0 = turned(x_low - cx, y_low - cy, quadrant)
@@ -137,7 +139,7 @@ def quadrant_in_cell(cx, cy, r, quadrant, x_low, y_low, x_high, y_high):
     return u0, u1, from_x, from_y, to_x, to_y
 
 
-@compiled
+@inlined
 def is_inside(px, py, qx, qy, centre_inside, edges, e0, e1):
     """Return whether p lies in the transit area: count edges between it and the cell's centre q.
 

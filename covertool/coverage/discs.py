@@ -56,8 +56,8 @@ def disc_grid(x_m: Floats, y_m: Floats, radius_m: Floats, weights: Floats) -> Di
         members = octave == one
         x, y, radius = discs[members, 0], discs[members, 1], discs[members, 2].max()
         low_x, low_y, size, columns, rows = _layout(x, y, radius)
-        cell[members] = cells + ((y - low_y) // size).astype(np.int64) * columns
-        cell[members] += ((x - low_x) // size).astype(np.int64)
+        column, row = (np.floor((at - low) / size) for at, low in ((x, low_x), (y, low_y)))
+        cell[members] = cells + row.astype(np.int64) * columns + column.astype(np.int64)
         shape.append((columns, rows, cells))
         place.append((low_x, low_y, size, radius))
         cells += columns * rows
@@ -80,7 +80,7 @@ def _layout(x: Floats, y: Floats, radius: float) -> tuple[float, float, float, i
     # Never so small that a sparse table has many more cells than discs.
     smallest = np.sqrt(area / max(8 * x.size, 1 << 14))
     size = float(max(min(np.sqrt(2 * area / x.size), 2 * radius), smallest))
-    return low_x, low_y, size, int(width // size) + 1, int(height // size) + 1
+    return low_x, low_y, size, int(width / size) + 1, int(height / size) + 1
 
 
 @compiled

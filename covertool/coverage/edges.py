@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from covertool.coverage.compiled import compiled
+from covertool.coverage.compiled import compiled, inlined
 from covertool.model import Floats
 
 MAX_CELLS = 1 << 24
@@ -98,13 +98,19 @@ def edge_grid(edges: Floats, cell_m: float, attempt: int = 0) -> EdgeGrid:
     return EdgeGrid(x0, y0, cell_m, columns, rows, first, pieces, inside, twice / 2)
 
 
+@inlined
+def grid_line(place, cell):
+    """Return the number of the last grid line at or before a place."""
+    return math.floor(place / cell)
+
+
 @compiled
 def _cut(edges, cell, columns, rows):
     """Cut edges at grid lines, sort them by cell, and find which cell centres lie inside."""
     count = 0
     for e in range(edges.shape[0]):
-        steps_x = abs(int(edges[e, 2] // cell) - int(edges[e, 0] // cell))
-        steps_y = abs(int(edges[e, 3] // cell) - int(edges[e, 1] // cell))
+        steps_x = abs(grid_line(edges[e, 2], cell) - grid_line(edges[e, 0], cell))
+        steps_y = abs(grid_line(edges[e, 3], cell) - grid_line(edges[e, 1], cell))
         count += steps_x + steps_y + 1
     pieces, owner = np.empty((count, 4)), np.empty(count, np.int64)
     n = 0
@@ -126,8 +132,8 @@ def _cut(edges, cell, columns, rows):
 def _cut_edge(edge, cell, columns, pieces, owner, n):
     """Write the pieces of one edge and their cells; return the number of pieces so far."""
     ax, ay, bx, by = edge[0], edge[1], edge[2], edge[3]
-    column, row = int(ax // cell), int(ay // cell)
-    left_x, left_y = int(bx // cell) - column, int(by // cell) - row
+    column, row = grid_line(ax, cell), grid_line(ay, cell)
+    left_x, left_y = grid_line(bx, cell) - column, grid_line(by, cell) - row
     step_x, step_y = (1 if left_x > 0 else -1), (1 if left_y > 0 else -1)
     x, y, t = ax, ay, 0.0
     while left_x != 0 or left_y != 0:

@@ -76,13 +76,17 @@ def level_regions(
 @compiled
 def _all_boundaries(discs, shape, place, first_disc, cell, columns, first_edge, edges, inside):
     """Return the level boundaries of all cells, in the rows that ``sweep_cell`` describes."""
-    near, events, out = working_space()
+    near, hits, events, out = working_space(256)
     found, n = np.empty((4096, 8)), 0
     for c in range(inside.size):
-        m, near, events, out = cell_boundaries(
-            c, discs, shape, place, first_disc, cell, columns, first_edge, edges, inside,
-            near, events, out,
-        )  # fmt: skip
+        m = -1
+        while m < 0:
+            m = cell_boundaries(
+                c, discs, shape, place, first_disc, cell, columns, first_edge, edges, inside,
+                near, hits, events, out,
+            )  # fmt: skip
+            if m < 0:
+                near, hits, events, out = working_space(2 * out.shape[0])
         if n + m > found.shape[0]:
             larger = np.empty((2 * (n + m), 8))
             larger[:n] = found[:n]
