@@ -9,6 +9,7 @@ from pathlib import Path
 
 import geopandas as gpd
 import numpy as np
+import pyogrio
 import pytest
 import shapely
 from pyproj import Proj
@@ -145,7 +146,7 @@ def test_a_study_is_only_read_and_a_new_one_is_whole(mixed, tmp_path):
     assert "--overwrite" in refused.stderr
 
 
-def test_into_a_study_adds_only_the_level_layers(tmp_path):
+def test_into_a_study_adds_only_the_level_layers_and_the_tables(tmp_path):
     study = write_study(tmp_path / "town.gpkg", [(0, 0)])
     zones = gpd.GeoDataFrame({"name": ["x"]}, geometry=[shapely.box(0, 0, 1, 1)], crs=CRS)
     zones.to_file(study, layer="zones")
@@ -154,6 +155,10 @@ def test_into_a_study_adds_only_the_level_layers(tmp_path):
     layers = set(gpd.list_layers(study)["name"])
     assert layers >= {"anchors", "transit", "zones", *(f"coverage_level_{k}" for k in (1, 2, 3))}
     assert gpd.read_file(study, layer="coverage_level_1").area.sum() == pytest.approx(DISC, abs=1)
+    summary = pyogrio.read_dataframe(study, layer="coverage_summary", read_geometry=False)
+    assert list(summary["level"]) == [0, 1, 2, 3]
+    assert summary["area_m2"][1] == pytest.approx(DISC, rel=1e-9)
+    assert summary["fraction"].sum() == pytest.approx(1)
 
 
 def test_one_layer_formats_hold_all_levels(tmp_path):
@@ -181,7 +186,8 @@ def test_files_of_two_crss_are_brought_together(tmp_path):
         (["town.gpkg", "--radius", "wide"], 2, "--radius"),
         (["town.gpkg", "-o", "levels.tif"], 2, "--raster"),
         (["town.gpkg", "--plot", "x.png"], 2, "--curve"),
-        (["town.gpkg", "--workers", "2", "--by", "zones.gpkg"], 2, "--by"),
+        (["town.gpkg", "--workers", "2", "--raster", "1", "-o", "x.tif"], 2, "--raster"),
+        (["town.gpkg", "--tile", "90", "-o", "levels.fgb"], 2, ".gpkg"),
         (["no.gpkg", "--radius", "15"], 1, "mend:"),
     ],
 )
@@ -212,3 +218,16 @@ def test_without_input_the_sample_study_is_used_and_named():
     assert done.returncode == 0, done.stderr
     assert "sample.gpkg" in done.stderr
     assert "Level 3" in done.stdout
+
+
+def test_a_short_run_loads_no_library_that_it_does_not_use(tmp_path):
+    study = write_study(tmp_path / "town.gpkg", [(0, 0)])
+    program = f"""
+import sys
+from covertool.cli.main import main
+assert main(["coverage", {str(study)!r}, "--radius", "15"]) == 0
+heavy = {{"pandas", "geopandas", "pyogrio", "pyarrow", "rasterio", "scipy.linalg", "matplotlib"}}
+sys.exit(", ".join(sorted(heavy & set(sys.modules))))
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr

@@ -11,6 +11,8 @@ import pytest
 import rasterio
 import shapely
 
+from covertool.gis.study import read_tables
+
 EAST, NORTH, CRS = 693_000.0, 737_000.0, "EPSG:2157"
 
 
@@ -164,6 +166,82 @@ def test_tiles_give_the_fractions_of_one_process(town, parquet, how):
         assert fractions(other) == pytest.approx(fractions(one), abs=1e-12)
         for key in ("radius_m", "device_class", "origin", "anchors"):
             assert other[key] == one[key]
+
+
+@pytest.fixture(scope="module")
+def everything(town, tmp_path_factory):
+    """All that a run can find, in memory and in tiles by two processes, and the two studies."""
+    folder = tmp_path_factory.mktemp("everything")
+    asked = [
+        town / "town.gpkg", "--radius", "15", "--radius", "30", "--curve", "5:60:3",
+        "--penetration", "0.1,0.5", "--by", f"{town / 'districts.gpkg'}:districts",
+        "--aoi", f"{town / 'districts.gpkg'}:districts",
+    ]  # fmt: skip
+    whole = ask(*asked, "-o", folder / "whole.gpkg")
+    how = ["--tile", "230", "--workers", "2", "-o", folder / "tiled.gpkg"]
+    return whole, ask(*asked, *how), folder
+
+
+def test_tiles_find_zones_curves_and_levels_as_one_process_does(everything):
+    whole, tiled, _ = everything
+    for one, other in zip(whole["results"], tiled["results"], strict=True):
+        assert fractions(other) == pytest.approx(fractions(one), abs=1e-12)
+        assert other["anchors"] == one["anchors"]
+    assert len(whole["curve"]) == 3
+    for one, other in zip(whole["curve"], tiled["curve"], strict=True):
+        assert other["fractions"] == pytest.approx(one["fractions"], abs=1e-12)
+        assert other["slopes"] == pytest.approx(one["slopes"], abs=1e-12)
+    assert len(whole["zones"]) == 4
+    for one, other in zip(whole["zones"], tiled["zones"], strict=True):
+        assert (other["zone"], other["radius_m"]) == (one["zone"], one["radius_m"])
+        assert other["fractions"] == pytest.approx(one["fractions"], abs=1e-12)
+
+
+def test_tiles_expect_of_equipped_shares_what_one_process_does(everything):
+    whole, tiled, _ = everything
+    assert len(whole["penetration"]) == 4
+    for one, other in zip(whole["penetration"], tiled["penetration"], strict=True):
+        assert (other["share"], other["radius_m"]) == (one["share"], one["radius_m"])
+        for level in range(4):
+            apart = abs(other["expected"][level] - one["expected"][level])
+            assert apart <= 3 * (one["se"][level] + other["se"][level]) + 1e-12
+
+
+def test_level_layers_of_tiles_cover_what_those_of_one_process_do(everything):
+    _, _, folder = everything
+    for level in (1, 2, 3):
+        whole = gpd.read_file(folder / "whole.gpkg", layer=f"coverage_level_{level}")
+        tiled = gpd.read_file(folder / "tiled.gpkg", layer=f"coverage_level_{level}")
+        assert len(tiled) > len(whole) == 2
+        assert tiled.is_valid.all()
+        for radius_m in (15.0, 30.0):
+            one = whole.geometry[whole["radius_m"] == radius_m].union_all()
+            other = tiled.geometry[tiled["radius_m"] == radius_m].union_all()
+            assert one.symmetric_difference(other).area <= 0.01 * one.length
+            parts = tiled.geometry[tiled["radius_m"] == radius_m].area.sum()
+            assert parts == pytest.approx(other.area, rel=1e-9)
+
+
+def test_a_study_holds_the_tables_of_all_that_was_found(everything):
+    whole, _, folder = everything
+    names = ("coverage_summary", "coverage_curve", "coverage_penetration", "coverage_zones")
+    for study in ("whole.gpkg", "tiled.gpkg"):
+        tables = read_tables(folder / study, names)
+        assert tuple(tables) == names
+        assert [len(table) for table in tables.values()] == [24, 12, 16, 16]
+        curve = tables["coverage_curve"]
+        told = [share for node in whole["curve"] for share in node["fractions"]]
+        assert curve["fraction"].tolist() == pytest.approx(told, abs=1e-12)
+
+
+def test_an_area_of_interest_elsewhere_is_told_by_tiles_too(town, tmp_path):
+    sea = gpd.GeoDataFrame(
+        geometry=[shapely.box(EAST - 900, NORTH, EAST - 800, NORTH + 9)], crs=CRS
+    )
+    sea.to_file(tmp_path / "sea.gpkg")
+    done = run("coverage", town / "town.gpkg", "--tile", "300", "--aoi", tmp_path / "sea.gpkg")
+    assert done.returncode == 1
+    assert "area of interest" in done.stderr
 
 
 def test_a_resumed_run_leaves_no_ledger_and_the_same_numbers(town, tmp_path):
