@@ -106,8 +106,8 @@ def main() -> None:
                 worker.join()
                 times.append(seconds)
                 print(
-                    f"{anchors:9,} anchors at {radius_m:g} m: {seconds:7.2f} s of CPU in {tiles} tiles, "
-                    f"peak {peak:.0f} MB, Level 3 {100 * level_3:.2f} %"
+                    f"{anchors:9,} anchors at {radius_m:g} m: {seconds:7.2f} s of CPU, "
+                    f"{tiles} tiles, peak {peak:.0f} MB, Level 3 {100 * level_3:.2f} %"
                 )
             exponent = np.polyfit(np.log(sizes), np.log(times), 1)[0]
             print(f"growth exponent at {radius_m:g} m: {exponent:.3f}")

@@ -1,6 +1,6 @@
 """How long a short run takes to start, beside an interpreter that only loads the libraries.
 
-python -m benchmarks.start [--runs 5]
+python -m benchmarks.start [--quick]
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ def best(taken: list[tuple[float, float]]) -> tuple[float, float]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--runs", type=int, default=5)
-    runs = parser.parse_args().runs
+    parser.add_argument("--quick", action="store_true", help="run each only twice")
+    runs = 2 if parser.parse_args().quick else 5
     commands = {"libraries alone": ["-c", LIBRARIES]} | {
         name: ["-m", "covertool", *words.split()] for name, words in WORK.items()
     }
