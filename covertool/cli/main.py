@@ -21,6 +21,7 @@ VERBS = (
     "anchors_parked",
     "anchors_queue",
     "simulate",
+    "reproduce",
     "export",
     "report",
     "convert",
