@@ -84,7 +84,7 @@ def run_program(
             if time.monotonic() > deadline:
                 raise ComputationError(
                     f"{program} ran longer than {timeout_s:g} s and was ended",
-                    " ".join(command[:3]),
+                    f"SUMO {sumo.version}",
                     "give it more time, or simulate fewer cars or a shorter horizon",
                 )
             if on_poll is not None:

@@ -56,6 +56,7 @@ class Network:
     edges : by id, those that passenger cars may use
     successors : the edges that a car may drive onto from each edge, U-turns included
     signals : number of junctions with traffic lights
+    closed : ids of the edges that passenger cars may not use
     """
 
     path: Path
@@ -65,6 +66,7 @@ class Network:
     edges: Mapping[str, Edge] = field(repr=False)
     successors: Mapping[str, tuple[str, ...]] = field(repr=False)
     signals: int
+    closed: frozenset[str] = field(default=frozenset(), repr=False)
 
     @property
     def crs(self) -> CRS:
@@ -82,12 +84,19 @@ class Network:
         return shapely.MultiLineString([self.edges[name].shape for name in chosen])
 
     def to_frame(self) -> gpd.GeoDataFrame:
-        """Return the edges as a GeoDataFrame of lines."""
+        """Return the edges as directed segments, as ``congestion table --segments`` reads them."""
         import geopandas as gpd
 
-        all_edges = list(self.edges.values())
-        names = ("id", "kind", "name", "length_m", "speed_limit")
-        columns = {name: [getattr(edge, name) for edge in all_edges] for name in names}
-        columns["lanes"] = [len(edge.lanes) for edge in all_edges]
-        lines = [shapely.LineString(edge.shape) for edge in all_edges]
-        return gpd.GeoDataFrame(columns, geometry=lines, crs=self.crs)
+        rows = [
+            {
+                "segment_id": edge.id,
+                "name": edge.name,
+                "kind": edge.kind,
+                "length_m": edge.length_m,
+                "lanes": len(edge.lanes),
+                "free_flow_kmh": edge.speed_limit * 3.6,
+                "geometry": shapely.LineString(edge.shape),
+            }
+            for edge in self.edges.values()
+        ]
+        return gpd.GeoDataFrame(rows, geometry="geometry", crs=self.crs)

@@ -137,18 +137,18 @@ def recorded(
             "add --net FILE.net.xml, or --crs EPSG:CODE",
         )
     rows = read_rows(path)
+    rows = rows.take(~_parked(rows))
     if horizon_s is not None and len(rows):
         rows = rows.take(rows.time_s < rows.time_s.min() + horizon_s)
     if not len(rows):
         raise GeometryError("the trace holds no vehicle", str(path), "record it while cars drive")
-    rows = rows.take(~_parked(rows))
     if network is not None:
         projection = network.projection
     else:
         assert crs is not None
-        bounds = tuple(float(v) for v in (rows.x.min(), rows.y.min(), rows.x.max(), rows.y.max()))
-        source = crs_door.parse(crs)
-        projection = Projection.of(source, (0.0, 0.0), bounds, str(path))  # type: ignore[arg-type]
+        x, y = rows.x, rows.y
+        bounds = float(x.min()), float(y.min()), float(x.max()), float(y.max())
+        projection = Projection.of(crs_door.parse(crs), (0.0, 0.0), bounds, str(path))
     trace = trace_of(rows, str(path), projection=projection)
     return Mobility(trace, projection.crs, network, (), _route_edges(rows), {})
 

@@ -59,6 +59,7 @@ class _Reading:
         self._location: dict[str, str] | None = None
         self._left_hand = False
         self._raw: dict[str, _RawEdge] = {}
+        self._closed: set[str] = set()
         self._turns: list[tuple[str, str]] = []
         self._signals = 0
 
@@ -74,6 +75,8 @@ class _Reading:
                 raw = _raw_edge(element, self._where)
                 if raw.lanes:
                     self._raw[raw.id] = raw
+                else:
+                    self._closed.add(raw.id)
         else:
             self._take_turn(element)
 
@@ -117,6 +120,7 @@ class _Reading:
             edges=edges,
             successors={name: tuple(ends) for name, ends in following.items()},
             signals=self._signals,
+            closed=frozenset(self._closed),
         )
 
 

@@ -37,7 +37,7 @@ class UserRoutes:
     Attributes
     ----------
     files : absolute paths, in the user's order
-    edges : ids of all edges that they name
+    edges : ids of all edges for cars that they name
     first_s : when the first vehicle starts
     length_of_type_m : length of each vehicle type
     """
@@ -64,11 +64,11 @@ def read_routes(paths: Sequence[str | Path], network: Network) -> UserRoutes:
             for element in elements(stream, _ELEMENTS, str(path)):
                 reading.take(element, str(path))
     where = ", ".join(str(path) for path in paths)
-    unknown = [name for name in reading.edges if name not in network.edges]
+    for_cars = tuple(name for name in reading.edges if name in network.edges)
+    unknown = [name for name in reading.edges if name not in {*for_cars, *network.closed}]
     if unknown:
         raise GeometryError(
-            f"the routes name {len(unknown)} edges that the net lacks or closes to cars: "
-            f"{', '.join(unknown[:5])}",
+            f"the routes name {len(unknown)} edges that the net lacks: {', '.join(unknown[:5])}",
             where,
             f"route on the same net: {network.path}",
         )
@@ -77,7 +77,7 @@ def read_routes(paths: Sequence[str | Path], network: Network) -> UserRoutes:
             "the routes hold no vehicle", where, "add vehicles, trips or flows to the file"
         )
     files = tuple(Path(path).expanduser().resolve() for path in paths)
-    return UserRoutes(files, tuple(reading.edges), min(reading.departs_s), reading.lengths_m)
+    return UserRoutes(files, for_cars, min(reading.departs_s), reading.lengths_m)
 
 
 class _Reading:

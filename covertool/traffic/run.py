@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import re
-import signal
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -292,7 +291,7 @@ def _failed(finished: Finished, where: str) -> CovertoolError:
             where,
             "choose places that can be reached from each other, or mend the net's one-way streets",
         )
-    if finished.code == -signal.SIGXFSZ:
+    if finished.ending.endswith("SIGXFSZ"):
         return FileError(
             "the trace grew beyond the largest file that is allowed here",
             where,

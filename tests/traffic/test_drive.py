@@ -1,5 +1,6 @@
 """SUMO as a child: what it drives, and every way in which it can fail us."""
 
+import json
 import os
 import shutil
 import signal
@@ -122,6 +123,25 @@ def test_the_edge_data_of_a_run_goes_through_the_congestion_import(town, driven)
     assert (seen.status != "free").any()
 
 
+def test_a_run_becomes_a_row_of_the_occupancy_table(town, driven, tmp_path):
+    (tmp_path / "edges.xml").write_bytes(driven.edge_data)
+    town.to_frame().to_file(tmp_path / "net.gpkg", layer="segments")
+
+    def covertool(*arguments):
+        command = [sys.executable, "-m", "covertool", "congestion", *arguments]
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+        return done.stdout
+
+    covertool("import", "edges.xml", "--format", "sumo", "-o", "seen.csv",
+              "--time", "2014-06-16T12:59:00+01:00")  # fmt: skip
+    told = json.loads(
+        covertool("table", "seen.csv", "--segments", "net.gpkg", "--tz", "Europe/Dublin", "--json")
+    )
+    (cell,) = [cell for cell in told["cells"] if cell["percent"] is not None]
+    assert (cell["day"], cell["window"]) == ("Monday", "lunch")
+    assert 0 < cell["percent"] < 100
+
+
 def test_rasterio_still_works_after_a_run_in_the_same_process(driven):
     import rasterio.crs
 
@@ -175,6 +195,26 @@ def test_a_users_routes_drive_with_their_own_lengths(town, tmp_path):
     # Bumpers at 50 and 30 m, a bus of 12 m and a car of 5 m: centres at 44 and 27.5 m.
     assert x_m["bus"] - x_m["car"] == pytest.approx(44 - 27.5, abs=0.1)
     assert mobility.route_edges["bus"] == ("0.0", "0.1")
+
+
+def test_teleported_and_collided_vehicles_are_reported_and_left_out(town, tmp_path, caplog):
+    routes = tmp_path / "r.rou.xml"
+    routes.write_text(
+        '<routes><vehicle id="block" depart="0"><route edges="0.0 0.1"/>'
+        '<stop lane="0.0_0" endPos="100" duration="900"/></vehicle>'
+        '<vehicle id="late" depart="1"><route edges="0.0 0.1 0.2"/></vehicle>'
+        '<vehicle id="one" depart="2" departPos="50" departSpeed="0">'
+        '<route edges="1.0 1.1"/></vehicle>'
+        '<vehicle id="two" depart="2" departPos="47" departSpeed="0" insertionChecks="none">'
+        '<route edges="1.0 1.1"/></vehicle>'
+        '<vehicle id="free" depart="3"><route edges="-0.2 -0.1"/></vehicle></routes>'
+    )
+    mobility = drive(town, user_routes(routes, town, horizon_s=400))
+    assert mobility.facts["teleports"] == 1
+    assert mobility.facts["collisions"] >= 1
+    assert mobility.facts["left_out"] == ("late", "one", "two")
+    assert set(mobility.trace.vehicle) == {"block", "free"}
+    assert "3 vehicles are left out" in caplog.text
 
 
 def test_what_sumo_refuses_is_told_with_its_reason(town, tmp_path):
