@@ -176,7 +176,7 @@ def _write_tables(
 def _insert_style(
     connection: sqlite3.Connection, name: str, style: Style, frame: pd.DataFrame
 ) -> None:
-    rows = choices(frame)
+    rows = choices(name, frame)
     column = connection.execute(
         "SELECT column_name FROM gpkg_geometry_columns WHERE table_name = ?", (name,)
     ).fetchone()[0]

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 from xml.sax.saxutils import escape, quoteattr
 
+import numpy as np
 import shapely
 
 from covertool.gis.columns import typed
@@ -46,38 +47,49 @@ def write_kml(
         file.write(_HEAD.format(name=_text(name)))
         if description:
             file.write(f"<description>{_text(description)}</description>\n")
-        for layer in layers:
-            file.write(_style(layer, style_of(layer) or _DEFAULT))
-        for layer, frame in layers.items():
-            for part, choice in _parts(frame):
-                count += _write_folder(file, layer, part, choice)
+        folders = [
+            (_id(layer, choice), layer, part, choice)
+            for layer, frame in layers.items()
+            for part, choice in _parts(layer, frame)
+        ]
+        for id_, layer, _, choice in folders:
+            file.write(_style(id_, _look(layer, choice)))
+        for id_, layer, part, choice in folders:
+            count += _write_folder(file, id_, layer, part, choice)
         file.write("</Document>\n</kml>\n")
     if count > _MANY:
         _LOG.warning("warning: %s: %d placemarks are slow in a globe; a .gpkg is not", path, count)
     return count
 
 
-def _parts(frame: gpd.GeoDataFrame) -> Iterator[tuple[gpd.GeoDataFrame, Choice | None]]:
-    rows = choices(frame)
-    if not rows:
-        yield frame, None
+def _parts(layer: str, frame: gpd.GeoDataFrame) -> Iterator[tuple[gpd.GeoDataFrame, Choice | None]]:
+    rows = choices(layer, frame)
+    rest = np.ones(len(frame), dtype=bool)
     for choice in rows:
-        yield frame[frame["radius_m"] == choice.radius_m], choice
+        chosen = (frame[choice.column] == choice.value).to_numpy()
+        rest &= ~chosen
+        yield frame[chosen], choice
+    if rest.any() or not rows:
+        yield frame[rest], None
 
 
-def _write_folder(file: TextIO, layer: str, frame: gpd.GeoDataFrame, choice: Choice | None) -> int:
-    style = style_of(layer)
-    title = style.title if style is not None else layer
-    shown = choice is None or choice.shown
-    visible = "" if shown else "<visibility>0</visibility>"
-    name = f"{title}, {choice.label}" if choice is not None else title
+def _look(layer: str, choice: Choice | None) -> Style:
+    return (style_of(layer) if choice is None else choice.style) or _DEFAULT
+
+
+def _write_folder(
+    file: TextIO, style: str, layer: str, frame: gpd.GeoDataFrame, choice: Choice | None
+) -> int:
+    title = _look(layer, choice).title or layer
+    name = title if choice is None else f"{title}, {choice.label}"
+    visible = "" if choice is None or choice.shown else "<visibility>0</visibility>"
     file.write(f"<Folder><name>{_text(name)}</name>{visible}\n")
     table = typed(frame)
     columns = [str(column) for column in table.columns if column != table.geometry.name]
     for row, shape in zip(_rows(table, columns), frame.geometry.array, strict=True):
         values = {key: value for key, value in zip(columns, row, strict=True) if value is not None}
         file.write(
-            f"<Placemark>{_name(values)}{visible}<styleUrl>#{_id(layer)}</styleUrl>"
+            f"<Placemark>{_name(values)}{visible}<styleUrl>#{style}</styleUrl>"
             f"{_data(values)}{_geometry(shape)}</Placemark>\n"
         )
     file.write("</Folder>\n")
@@ -131,7 +143,7 @@ def _coordinates(shape: Any) -> str:
     return f"<coordinates>{' '.join(f'{x:.7f},{y:.7f}' for x, y in places)}</coordinates>"
 
 
-def _style(layer: str, style: Style) -> str:
+def _style(name: str, style: Style) -> str:
     """Return a shared style; KML writes colours as alpha, blue, green, red."""
     drawn = style.outline or style.colour
     width = max(round(style.size_mm * _PIXELS_PER_MM, 1), 1.0)
@@ -147,16 +159,17 @@ def _style(layer: str, style: Style) -> str:
         fill = f"<color>{_abgr(style.colour, style.opacity)}</color>"
         outline = int(style.outline is not None)
         look = f"{line}<PolyStyle>{fill}<outline>{outline}</outline></PolyStyle>"
-    return f"<Style id={quoteattr(_id(layer))}>{look}</Style>\n"
+    return f"<Style id={quoteattr(name)}>{look}</Style>\n"
 
 
 def _abgr(colour: str, opacity: float) -> str:
     return f"{round(255 * opacity):02x}{colour[5:7]}{colour[3:5]}{colour[1:3]}"
 
 
-def _id(layer: str) -> str:
+def _id(layer: str, choice: Choice | None) -> str:
     """Return a name that XML takes as an id and a link can point to."""
-    return "style_" + "".join(c if c.isascii() and c.isalnum() else "_" for c in layer)
+    words = layer if choice is None else f"{layer} {choice.label}"
+    return "style_" + "".join(c if c.isascii() and c.isalnum() else "_" for c in words)
 
 
 def _text(value: object) -> str:

@@ -47,11 +47,15 @@ def qml(style: Style, choices: Sequence[Choice] = ()) -> str:
     rules = "\n".join(
         f'   <rule key="{number}" symbol="{number}" checkstate="{int(choice.shown)}"'
         f" label={quoteattr(choice.label)}"
-        f" filter='&quot;radius_m&quot; = {choice.radius_m!r}'/>"
+        f" filter={quoteattr(_filter(choice))}/>"
         for number, choice in enumerate(choices)
     )
-    symbols = "\n".join(_symbol(style, number) for number in range(len(choices)))
+    symbols = "\n".join(_symbol(choice.style, place) for place, choice in enumerate(choices))
     return _QML.format(renderer=_RULES.format(rules=rules, symbols=symbols))
+
+
+def _filter(choice: Choice) -> str:
+    return f'"{choice.column}" = {choice.value!r}'
 
 
 def _symbol(style: Style, number: int) -> str:

@@ -10,15 +10,17 @@ from covertool.gis.styles import Choice, Style
 _SLD = """<?xml version="1.0" encoding="UTF-8"?>
 <StyledLayerDescriptor xmlns="http://www.opengis.net/sld" xmlns:ogc="http://www.opengis.net/ogc"
  version="1.0.0">
- <NamedLayer><Name>{layer}</Name><UserStyle><FeatureTypeStyle><Rule>
-  <Title>{title}</Title>{filter}
-  {symbolizer}
- </Rule></FeatureTypeStyle></UserStyle></NamedLayer>
+ <NamedLayer><Name>{layer}</Name><UserStyle><FeatureTypeStyle>
+{rules}
+ </FeatureTypeStyle></UserStyle></NamedLayer>
 </StyledLayerDescriptor>
 """
+_RULE = """  <Rule><Title>{title}</Title>{filter}
+   {symbolizer}
+  </Rule>"""
 _FILTER = """
-  <ogc:Filter><ogc:PropertyIsEqualTo><ogc:PropertyName>radius_m</ogc:PropertyName>\
-<ogc:Literal>{radius}</ogc:Literal></ogc:PropertyIsEqualTo></ogc:Filter>"""
+   <ogc:Filter><ogc:PropertyIsEqualTo><ogc:PropertyName>{column}</ogc:PropertyName>\
+<ogc:Literal>{value}</ogc:Literal></ogc:PropertyIsEqualTo></ogc:Filter>"""
 _FILL = (
     '<PolygonSymbolizer><Fill><CssParameter name="fill">{colour}</CssParameter>'
     '<CssParameter name="fill-opacity">{opacity:g}</CssParameter></Fill>{stroke}'
@@ -38,20 +40,24 @@ _PIXELS_PER_MM = 96 / 25.4
 
 
 def sld(layer: str, style: Style, choices: Sequence[Choice] = ()) -> str:
-    """Return an OGC Styled Layer Descriptor; of several choices it draws the one that is shown.
+    """Return an OGC Styled Layer Descriptor; of several choices it draws those that are shown.
 
     >>> from covertool.gis.styles import LAYER_STYLES
     >>> "#e31a1c" in sld("coverage_level_3", LAYER_STYLES["coverage_level_3"])
     True
     """
-    drawn = next((choice for choice in choices if choice.shown), None)
     title = style.title or layer
-    return _SLD.format(
-        layer=escape(layer),
-        title=escape(title if drawn is None else f"{title}, {drawn.label}"),
-        filter="" if drawn is None else _FILTER.format(radius=f"{drawn.radius_m!r}"),
-        symbolizer=_symbolizer(style),
-    )
+    drawn = [choice for choice in choices if choice.shown]
+    rules = [
+        _rule(f"{title}, {choice.label}", choice.style, choice.column, choice.value)
+        for choice in drawn
+    ] or [_rule(title, style)]
+    return _SLD.format(layer=escape(layer), rules="\n".join(rules))
+
+
+def _rule(title: str, style: Style, column: str = "", value: float | str = "") -> str:
+    chosen = _FILTER.format(column=escape(column), value=escape(str(value))) if column else ""
+    return _RULE.format(title=escape(title), filter=chosen, symbolizer=_symbolizer(style))
 
 
 def _symbolizer(style: Style) -> str:

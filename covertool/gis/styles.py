@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -13,6 +13,13 @@ LEVEL_COLOURS = {1: "#ffd92f", 2: "#fd8d3c", 3: "#e31a1c"}
 TRANSIT_COLOUR = "#4f81bd"
 PARKED_COLOUR = "#000000"
 BUILDING_COLOUR = "#d9d6d0"
+CONGESTION_COLOURS = {
+    "unknown": "#d0d0d0",
+    "closed": "#8c6bb1",
+    "free": "#ffd92f",
+    "occupied": "#000000",
+}
+"""Kinds of street from the bottom up; the paper's Fig. 2 draws occupied black and free yellow."""
 
 CAR_DIAMETER_M = 3.2
 """Of a disc with the area that a car of 4.4 m by 1.8 m takes."""
@@ -45,11 +52,21 @@ class Style:
 
 @dataclass(frozen=True)
 class Choice:
-    """Rows of a layer that are shown or hidden together, such as the levels of one radius."""
+    """Rows of a layer that are shown or hidden together, such as the levels of one radius.
 
-    radius_m: float
+    Attributes
+    ----------
+    column, value : the rows are those with this value in this column
+    label : what a legend adds to the layer's title
+    shown : whether they are drawn at first
+    style : how they look
+    """
+
+    column: str
+    value: float | str
     label: str
     shown: bool
+    style: Style
 
 
 LAYER_STYLES = {
@@ -60,6 +77,8 @@ LAYER_STYLES = {
     "anchors": Style("marker", PARKED_COLOUR, 1.0, 1.0, CAR_DIAMETER_M, title="anchors"),
     "vehicles": Style("fill", PARKED_COLOUR, title="vehicles"),
     "segments": Style("line", "#5b2a86", size_mm=0.6, title="monitored segments"),
+    "congestion": Style("line", CONGESTION_COLOURS["occupied"], size_mm=0.7, title="streets"),
+    "zones": Style("fill", "#ffffff", 0.0, 0.4, outline="#333333", title="zones"),
     "trajectories": Style("line", "#0b7a5e", size_mm=0.4, title="trajectories"),
     "streets": Style("line", "#8a8a8a", size_mm=0.3, title="streets"),
     "buildings": Style("fill", BUILDING_COLOUR, title="buildings"),
@@ -77,14 +96,27 @@ def style_of(layer: str) -> Style | None:
     return _DISCS if layer.startswith(DISCS_PREFIX) else LAYER_STYLES.get(layer)
 
 
-def choices(frame: pd.DataFrame) -> list[Choice]:
-    """Return one choice for each radius of a layer; none when it holds only one.
+def choices(layer: str, frame: pd.DataFrame) -> list[Choice]:
+    """Return the rows of a layer that a GIS shows or hides together; none when that is all.
 
     Levels of several radii lie on top of one another, so only the smallest is shown at first.
+    Streets at rush hour are drawn by kind.
     """
+    style = style_of(layer)
+    if style is None:
+        return []
+    if layer == "congestion" and "kind" in frame.columns:
+        there = set(frame["kind"])
+        return [
+            Choice("kind", kind, kind, True, replace(style, colour=colour))
+            for kind, colour in CONGESTION_COLOURS.items()
+            if kind in there
+        ]
     if "radius_m" not in frame.columns or "level" not in frame.columns:
         return []
     radii = sorted({float(radius) for radius in frame["radius_m"].dropna()})
     if len(radii) < 2:
         return []
-    return [Choice(radius, f"{radius:g} m", radius == radii[0]) for radius in radii]
+    return [
+        Choice("radius_m", radius, f"{radius:g} m", radius == radii[0], style) for radius in radii
+    ]

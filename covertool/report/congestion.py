@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 
 from covertool import crs as crs_door
 from covertool.congestion.status import CLOSED, UNKNOWN
+from covertool.gis.styles import CONGESTION_COLOURS
 from covertool.report.figures import draw_north_arrow, draw_scale_bar
 
 if TYPE_CHECKING:
@@ -21,14 +22,7 @@ if TYPE_CHECKING:
 
     from covertool.model import Objects, OccupancyTable
 
-_STYLES = (
-    ("unknown", "#d0d0d0", 0.8),
-    ("closed", "#8c6bb1", 1.4),
-    ("free", "#ffd92f", 1.6),
-    ("occupied", "#000000", 1.8),
-)
-"""Kinds from the bottom up, with colour and width in points: the paper's Fig. 2 draws occupied
-sections black and free ones yellow."""
+_WIDTHS_PT = {"unknown": 0.8, "closed": 1.4, "free": 1.6, "occupied": 1.8}
 
 
 def kinds(status: Objects, occupied: Collection[str]) -> Objects:
@@ -76,7 +70,8 @@ def congestion_map(
     axes = figure.add_subplot()
     axes.set_facecolor("#f4f2ee")
     handles = []
-    for order, (name, colour, width) in enumerate(_STYLES):
+    for order, (name, colour) in enumerate(CONGESTION_COLOURS.items()):
+        width = _WIDTHS_PT[name]
         chosen = lines[kind == name]
         if chosen.size:
             paths = [shapely.get_coordinates(line) for line in chosen]

@@ -187,7 +187,7 @@ _OF_LEVELS: Mapping[str, tuple[str, str, float, int]] = {
     "area_m2": ("m2", "m2", 1.0, 0),
     "fraction": ("percent", "%", 100.0, 2),
     "expected": ("percent", "%", 100.0, 2),
-    "se": ("se_percent", "standard error, %", 100.0, 2),
+    "se": ("se_percent", "standard error, %", 100.0, 4),
     "slope_per_m": ("percent_per_m", "% per m", 100.0, 3),
 }
 

@@ -127,3 +127,19 @@ def test_many_placemarks_are_written_with_a_word(tmp_path: Path, caplog) -> None
         root = written(tmp_path / "a.kml", {"cars": many})
     assert "100001 placemarks" in caplog.text
     assert len(root.findall(".//k:Placemark", NS)) == 100_001
+
+
+def test_streets_at_rush_hour_are_black_where_occupied_and_yellow_where_free(tmp_path) -> None:
+    line = shapely.LineString([(695000, 737000), (695010, 737000)])
+    columns = {"kind": ["free", "occupied", "free"], "segment_id": ["a", "b", "c"]}
+    streets = gpd.GeoDataFrame(columns, geometry=[line] * 3, crs=2157)
+    root = written(tmp_path / "a.kml", {"congestion": streets})
+    colours = {
+        f"#{style.get('id')}": style.findtext("k:LineStyle/k:color", namespaces=NS)
+        for style in root.iterfind("k:Document/k:Style", NS)
+    }
+    drawn = {
+        mark.findtext("k:name", namespaces=NS): colours[str(mark.findtext("k:styleUrl", "", NS))]
+        for mark in root.iterfind(".//k:Placemark", NS)
+    }
+    assert drawn == {"a": "ff2fd9ff", "b": "ff000000", "c": "ff2fd9ff"}
