@@ -91,8 +91,8 @@ def simulate(
     begun = time.perf_counter()
     asked = Asked(
         study, tuple(anchors or ()), crs, net, osm, fcd, net_crs, driving_side, scenario,
-        tuple(routes or ()), horizon, tuple(traffic_seed or (1,)), anchors_as, timeout, along,
-        allow_unheard, queue_anchors,
+        tuple(routes or ()), horizon, tuple(dict.fromkeys(traffic_seed or (1,))), anchors_as,
+        timeout, along, allow_unheard, queue_anchors,
     )  # fmt: skip
     files = Files(
         output, into, overwrite, table, traces, trace_runs, additional, fcd_out, edge_data, plot,

@@ -13,6 +13,8 @@ import typer
 from covertool.cli.console import progress, say
 
 if TYPE_CHECKING:
+    from pyproj import CRS
+
     from covertool.model import Anchors
     from covertool.traffic.demand import Demand
     from covertool.traffic.mobility import Mobility
@@ -148,7 +150,7 @@ def _recorded(asked: Asked) -> Case:
     network = read_network(asked.net, net_crs=asked.net_crs) if asked.net else None
     crs = None if network else asked.crs or asked.net_crs
     mobility = recorded(asked.fcd, network=network, crs=crs, horizon_s=asked.horizon_s)
-    anchors, files = _anchors(asked, str(mobility.crs))
+    anchors, files = _anchors(asked, mobility.crs)
     if asked.along_m is not None:
         anchors = anchors_on_way(anchors, mobility.trace, asked.along_m)
     read = [asked.fcd, *([asked.net] if asked.net else []), *files]
@@ -160,7 +162,7 @@ def _driven(asked: Asked, *, synthetic: bool = False) -> Case:
 
     with tempfile.TemporaryDirectory(prefix="covertool-") as folder:
         network, source = _network(asked, Path(folder))
-        anchors, files = _anchors(asked, network.crs.to_wkt())
+        anchors, files = _anchors(asked, network.crs)
         demands = [_demand(asked, network, seed) for seed in asked.traffic_seeds]
         anchors = _along(asked, anchors, network, demands)
         mobilities = []
@@ -252,7 +254,7 @@ def _demand(asked: Asked, network: Network, seed: int) -> Demand:
     return demand.town_demand(network, seed=seed, horizon_s=horizon_s)
 
 
-def _anchors(asked: Asked, dst_crs: str) -> tuple[Anchors, list[Path]]:
+def _anchors(asked: Asked, dst_crs: CRS) -> tuple[Anchors, list[Path]]:
     """Return the parked cars, and on request the queued ones, in the CRS of the traffic."""
     from covertool.gis.guard import layer_spec
     from covertool.gis.read import read_anchors
@@ -272,8 +274,9 @@ def _anchors(asked: Asked, dst_crs: str) -> tuple[Anchors, list[Path]]:
     return anchors, files
 
 
-def _queued(asked: Asked, dst_crs: str) -> Anchors:
+def _queued(asked: Asked, dst_crs: CRS) -> Anchors:
     """Return the queued cars of the sample study's congestion; another study brings its own."""
+    from covertool import crs as crs_door
     from covertool.cli import congestion_case
     from covertool.congestion.moment import states_at
     from covertool.congestion.queues import QueueOptions, queue_anchors
@@ -297,12 +300,5 @@ def _queued(asked: Asked, dst_crs: str) -> Anchors:
     )
     cars, _ = queue_anchors(network, status, queue_m, QueueOptions())
     say(f"{len(cars)} queued cars on {on}, {name} (synthetic)")
-    if str(cars.crs) != dst_crs and cars.crs.to_wkt() != dst_crs:
-        from dataclasses import replace as changed
-
-        from covertool import crs as crs_door
-
-        target = crs_door.parse(dst_crs)
-        x_m, y_m = crs_door.transform(cars.x_m, cars.y_m, cars.crs, target)
-        cars = changed(cars, x_m=x_m, y_m=y_m, crs=target)
-    return cars
+    x_m, y_m = crs_door.transform(cars.x_m, cars.y_m, cars.crs, dst_crs)
+    return replace(cars, x_m=x_m, y_m=y_m, crs=dst_crs)

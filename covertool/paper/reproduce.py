@@ -66,7 +66,7 @@ OPEN_POINTS = (
 
 def compare_table_1(sample: OccupancyTable | None) -> list[Comparison]:
     """Return the printed means of Table I beside those of its cells, and of the sample's week."""
-    ours = {(mean.group, mean.window): mean.percent for mean in table_1().means}
+    ours = {(mean.group, mean.window): float(mean.text) for mean in table_1().means if mean.text}
     rows = [
         Comparison(1, f"{group}, {window}", "mean of the paper's cells, %", float(printed),
                    ours[group, window])
