@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from covertool.cli.simulate_case import Case
     from covertool.cli.simulate_experiment import Experiment
     from covertool.model import PositionTracks
-    from covertool.traffic.edges import Network
     from covertool.traffic.simulation import Simulation
 
 
@@ -89,7 +88,7 @@ class Files:
             if self.output.suffix.lower() == ".gpkg":
                 layers = {"anchors": found.anchors.to_frame(), **layers, **result_frames(found)}
                 if mobility.network is not None:
-                    layers["segments"] = _segments(mobility.network)
+                    layers["segments"] = mobility.network.to_frame()
             write_layers(
                 self.output, layers, overwrite=self.overwrite, metadata=metadata, inputs=files
             )
@@ -157,12 +156,6 @@ class Files:
             figure = density_figure(found.densities(), title=title)
             write_figure(self.plot_density, figure, overwrite=self.overwrite)
             say(f"wrote {self.plot_density}")
-
-
-def _segments(network: Network) -> Any:
-    """Return the streets as `congestion table --segments` takes them, for SUMO's edgeData."""
-    frame = network.to_frame().rename(columns={"id": "segment_id"})
-    return frame.assign(free_flow_kmh=3.6 * frame.pop("speed_limit"))
 
 
 DRIVEN_M = 10.0
