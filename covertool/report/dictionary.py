@@ -80,27 +80,37 @@ _WORDS: Mapping[str, tuple[str, str, int | None]] = {
     "kind": ("kind", "", None),
     "height_m": ("height", "m", 1),
 }
+_IN_TABLE: Mapping[tuple[str, str], str] = {
+    ("improvements", "percent"): "mean position error that parked cars take off",
+    ("parked_met", "percent"): "mean position error that parked cars take off",
+}
+_LABELS = {"filled_percent": "filled length (%)", "text": "rounded"}
+_PERCENT_LABELS = {"improvements": "improvement (%)", "parked_met": "improvement (%)"}
 _DIGITS_BY_ENDING = {"_m": 2, "_m2": 0, "_percent": 2, "_fraction": 4, "_s": 1, "_deg": 1}
 
 
-def meaning(column: str) -> tuple[str, str]:
-    """Return what a column means and its unit; both empty for a column of the user's own.
+def meaning(column: str, table: str = "") -> tuple[str, str]:
+    """Return what a column of a table means and its unit; both empty for one of the user's own.
 
     >>> meaning("area_m2")
     ('area', 'm2')
     """
-    word = _WORDS.get(column)
-    return (word[0], word[1]) if word is not None else ("", "")
+    if column not in _WORDS:
+        return "", ""
+    words, unit, _ = _WORDS[column]
+    return _IN_TABLE.get((table, column), words), unit
 
 
-def heading(column: str) -> Heading:
-    """Return how a column is headed: its name in words, and its unit.
+def heading(column: str, table: str = "") -> Heading:
+    """Return how a column of a table is headed: its name in words, and its unit.
 
     >>> heading("mean_error_m").label
     'mean error (m)'
     """
     unit = _WORDS[column][1] if column in _WORDS else ""
-    return Heading(column, _label(column, unit), _digits(column))
+    if column == "percent":
+        return Heading(column, _PERCENT_LABELS.get(table, "flagged length (%)"), 2)
+    return Heading(column, _LABELS.get(column, _label(column, unit)), _digits(column))
 
 
 def _label(column: str, unit: str) -> str:

@@ -163,7 +163,7 @@ def _flat(name: str, title: str, frame: pd.DataFrame) -> Sheet:
     return Sheet(
         name,
         title,
-        tuple(heading(column) for column in columns),
+        tuple(heading(column, name) for column in columns),
         tuple(tuple(_cell(value) for value in row) for row in rows),
     )
 
@@ -235,7 +235,11 @@ def _summary(found: Findings) -> Sheet:
         rows.append(("synthetic", found.metadata["synthetic"], "", "no measured data"))
     if found.transit_area_m2 is not None:
         rows.append(("transit area", round(found.transit_area_m2, 1), "m2", "where cars drive"))
-    rows += [(f"rows of the layer {name}", count, "", None) for name, count in found.counts.items()]
+    rows += [
+        (f"rows of the layer {name}", count, "", None)
+        for name, count in found.counts.items()
+        if not name.startswith("coverage_level_")  # which has one row a radius
+    ]
     rows += [*_covered(found), *_congested(found), *_improved(found), *_missing(found)]
     titles = (
         Heading("item", "item"),
@@ -244,6 +248,11 @@ def _summary(found: Findings) -> Sheet:
         Heading("note", "note"),
     )
     return Sheet("summary", f"Summary of {found.name}", titles, tuple(rows))
+
+
+def _rounded(value: Any) -> Cell:
+    cell = _cell(value)
+    return round(cell, 2) if isinstance(cell, float) else cell
 
 
 def _covered(found: Findings) -> list[tuple[Cell, ...]]:
@@ -257,7 +266,7 @@ def _covered(found: Findings) -> list[tuple[Cell, ...]]:
         size = "each its own" if values["radius_m"] is None else f"{values['radius_m']:g} m"
         size = f"{size}, {values['origin']} only" if values.get("origin") else size
         note = f"Level 3 alone: {values['level_3_percent']:.2f} %"
-        rows.append((f"covered at radius {size}", round(values["covered_percent"], 2), "%", note))
+        rows.append((f"covered at radius {size}", _rounded(values["covered_percent"]), "%", note))
     return rows
 
 
@@ -266,7 +275,7 @@ def _congested(found: Findings) -> list[tuple[Cell, ...]]:
     if table is None:
         return []
     return [
-        (f"flagged street length, {group} {window}", _cell(percent), "%", f"mean of {count}")
+        (f"flagged street length, {group} {window}", _rounded(percent), "%", f"mean of {count}")
         for group, window, percent, count in zip(
             table["group"], table["window"], table["percent"], table["count"], strict=True
         )
@@ -285,7 +294,9 @@ def _improved(found: Findings) -> list[tuple[Cell, ...]]:
             if key in ("estimator", "preset", "sigma_range_m", "radius_m")
             and _cell(value) is not None
         ]
-        rows.append(("position error taken off", _cell(record["percent"]), "%", ", ".join(named)))
+        rows.append(
+            ("position error taken off", _rounded(record["percent"]), "%", ", ".join(named))
+        )
     return rows
 
 
@@ -330,7 +341,7 @@ def _json_object(text: str) -> dict[str, Any] | None:
 
 def _dictionary(found: Findings) -> Sheet:
     rows = [
-        (where, column, *meaning(column))
+        (where, column, *meaning(column, where))
         for where, columns in found.columns.items()
         for column in columns
     ]
