@@ -67,6 +67,26 @@ def test_near_duplicates_agree_with_the_reference(shift):
     agree(x, y, np.tile(radius, 2), np.tile(weights, 2), absolute=1e-7)
 
 
+@pytest.mark.parametrize("origin", [(7e5, 7.5e5), (-1e7, 1e7)])
+def test_snapped_and_nearly_equal_discs_far_from_the_origin_agree_with_the_reference(origin):
+    # Steps of a quarter metre and of 1e-6 m survive the rounding of such coordinates.
+    random = np.random.default_rng(14)
+    x, y, radius, weights = random_discs(14, 30, 0.25)
+    x = np.concatenate([x, x + 1e-6 * random.normal(size=30)]) + origin[0]
+    y = np.concatenate([y, y + 1e-6 * random.normal(size=30)]) + origin[1]
+    radius = np.tile(np.round(radius * 2) / 2, 2)
+    moved = shapely.transform(SHAPE, lambda p: p + np.array(origin))
+    agree(x, y, radius, np.tile(weights, 2), moved, absolute=1e-6)
+
+
+@pytest.mark.parametrize("radius", [5.0, 7.5, 30.0])
+def test_edges_on_the_lines_of_a_lattice_of_discs_agree_with_the_reference(radius):
+    # Every vertex lies on several circles or on the line between two centres.
+    x, y = (a.ravel() * 5.0 for a in np.meshgrid(np.arange(9), np.arange(9)))
+    comb = shapely.union_all([shapely.box(10 * i, 0, 10 * i + 5, 40) for i in range(4)])
+    agree(x, y, np.full(81, radius), np.ones(81), comb, absolute=1e-7)
+
+
 def test_five_thousand_near_duplicates_are_one_place_of_level_3():
     random = np.random.default_rng(6)
     x, y = 1e-6 * random.normal(size=(2, 5000))

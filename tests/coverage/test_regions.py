@@ -3,6 +3,8 @@ import math
 import numpy as np
 import pytest
 import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from pyproj import CRS
 
 from covertool.coverage import level_areas, level_regions
@@ -56,6 +58,21 @@ def test_a_lattice_with_exact_ties_gives_valid_regions(radius):
 def test_snapped_and_repeated_anchors_give_valid_regions():
     x, y = np.round(np.random.default_rng(3).uniform(0, 200, (2, 400)) / 5) * 5
     check(x, y, 15.0)
+
+
+places = st.lists(
+    st.tuples(
+        st.floats(0, 200).map(lambda v: round(v, 2)), st.floats(0, 200).map(lambda v: round(v, 2))
+    ),
+    min_size=1,
+    max_size=30,
+)
+
+
+@settings(max_examples=30, deadline=None)
+@given(places, st.sampled_from([4.0, 8.0, 20.0, 55.5]))
+def test_any_anchors_give_valid_regions_of_the_exact_area(at, radius):
+    check(*np.transpose(at), radius)
 
 
 def test_a_ring_of_discs_leaves_a_hole():
