@@ -69,8 +69,8 @@ def estimators(quick: bool) -> list[list[str]]:
         fast = best_seconds(partial(ours.update, *scene(many)[:2]), repeats) / many
         slow = best_seconds(partial(plain, *scene(few)[:2]), 1) / few
         out.append(
-            [f"{name}, microseconds a car-step", f"{fast * 1e6:.3f}", f"{slow * 1e6:.1f}",
-             f"{slow / fast:.0f} x", target]
+            [f"{name}, update alone, microseconds a car-step", f"{fast * 1e6:.3f}",
+             f"{slow * 1e6:.1f}", f"{slow / fast:.0f} x", target]
         )  # fmt: skip
     return out
 
@@ -93,7 +93,7 @@ def agreement() -> list[list[str]]:
 
 
 def whole_step(quick: bool) -> list[list[str]]:
-    """Return the cost of a car-step with all that belongs to it: noise, choice, sums."""
+    """Return the cost of a whole car-step: noise, choice, ranges, estimate and sums."""
     trace, anchors = circuit(cars=100 if quick else 295, steps=40, anchors=200)
     work = Work([Scenario(trace, anchors)], PositioningOptions(), 1)
     out = []
@@ -101,8 +101,29 @@ def whole_step(quick: bool) -> list[list[str]]:
         piece = Piece(0, Case("proposed", name, 0.2, 15.0), 0, 20)
         steps = 20 * len(trace)
         seconds = best_seconds(partial(work, piece), 2) / steps
-        label = f"{name.upper()} with noise, choice and sums, microseconds a car-step"
+        label = f"{name.upper()}, whole step (noise, choice, ranges, sums), microseconds a car-step"
         out.append([label, f"{seconds * 1e6:.3f}", "", "", ""])
+    return out
+
+
+def dense_town(quick: bool) -> list[list[str]]:
+    """Return the cost of the second-order filter and of the bound where many cars hear many."""
+    cars, steps = (100, 20) if quick else (295, 60)
+    trace, anchors = circuit(cars=cars, steps=steps, anchors=600, halting=True)
+    work = Work([Scenario(trace, anchors)], PositioningOptions(), 1)
+    out = []
+    for radius_m in (15.0, 100.0):
+        for arm in ("traditional", "proposed"):
+            case = Case(arm, "second_order", 0.2, radius_m)
+            title = f"{cars} cars on one circuit, {arm}, {radius_m:g} m"
+            filtering = partial(work, Piece(0, case, 0, 8))
+            seconds = best_seconds(filtering, 1) / (8 * len(trace))
+            label = f"second order, whole step, microseconds a car-step: {title}"
+            out.append([label, f"{seconds * 1e6:.1f}", "", "", ""])
+            below = best_seconds(partial(work, Piece(0, case, 0, 0)), 1) / steps
+            out.append(
+                [f"joint bound, milliseconds a step: {title}", f"{below * 1e3:.1f}", "", "", ""]
+            )
     return out
 
 
@@ -121,7 +142,7 @@ def neighbours(quick: bool) -> list[list[str]]:
 
         def ours(radius_m=radius_m, places=places):
             grid = build_grid(x, y, np.arange(cars), priority, radius_m)
-            return select_nearest(x, y, grid, places, radius_m)
+            return select_nearest(grid, places, radius_m)
 
         def plain(radius_m=radius_m, tree=tree):
             return pairs_by_tree(car, tree, radius_m)
@@ -184,7 +205,7 @@ def main() -> None:
     quick = parser.parse_args().quick
     print("| what | covertool | beside it | ratio | aim |")
     print("| --- | --- | --- | --- | --- |")
-    for rows in (estimators, whole_step, neighbours, second_order):
+    for rows in (estimators, whole_step, dense_town, neighbours, second_order):
         for row in rows(quick):
             print("| " + " | ".join(row) + " |", flush=True)
     for row in agreement():

@@ -139,14 +139,17 @@ def shrink(before: Spread, after: Spread) -> tuple[Spread, Spread, float]:
     a = i_xx * i_xx * after[0]
     b = i_xx * (i_yx * after[0] + i_yy * after[1])
     c = i_yx * i_yx * after[0] + 2.0 * i_yx * i_yy * after[1] + i_yy * i_yy * after[2]
-    angle = 0.5 * math.atan2(2.0 * b, a - c)
-    cosine, sine = math.cos(angle), math.sin(angle)
     middle, half = 0.5 * (a + c), math.sqrt(0.25 * (a - c) * (a - c) + b * b)
-    first = 1.0 - min(max(middle + half, 0.0), 1.0)
-    second = 1.0 - min(max(middle - half, 0.0), 1.0)
-    a = first * cosine * cosine + second * sine * sine
-    b = (first - second) * cosine * sine
-    c = first * sine * sine + second * cosine * cosine
+    if middle + half <= 1.0 and middle - half >= 0.0:
+        a, b, c = 1.0 - a, -b, 1.0 - c
+    else:
+        angle = 0.5 * math.atan2(2.0 * b, a - c)
+        cosine, sine = math.cos(angle), math.sin(angle)
+        first = 1.0 - min(max(middle + half, 0.0), 1.0)
+        second = 1.0 - min(max(middle - half, 0.0), 1.0)
+        a = first * cosine * cosine + second * sine * sine
+        b = (first - second) * cosine * sine
+        c = first * sine * sine + second * cosine * cosine
     w_xx = i_xx * i_xx * a + 2.0 * i_xx * i_yx * b + i_yx * i_yx * c
     w_xy = i_yy * (i_xx * b + i_yx * c)
     inverse = (i_xx * i_xx + i_yx * i_yx, i_yx * i_yy, i_yy * i_yy)

@@ -7,11 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from covertool.model import Floats
-from covertool.positioning.kernel import kernel
+from covertool.positioning.kernel import copied, kernel
 from covertool.positioning.noise import Indices
 
 _POINTS_A_CELL = 2.0
-_SLACK_M = 1e-6
+SLACK_M = 1e-6
 
 
 class Grid(NamedTuple):
@@ -70,24 +70,24 @@ def build_grid(x: Floats, y: Floats, code: Indices, priority: Indices, radius_m:
     )
 
 
-@kernel
+@copied
 def rows_within(grid: Grid, y: float, radius_m: float) -> tuple[int, int, int]:
     """Return the row of a place and how many rows lie within reach below and above it."""
     row = int(np.floor((y - grid.y0) / grid.cell_m))
-    low = int(np.floor((y - radius_m - _SLACK_M - grid.y0) / grid.cell_m))
-    high = int(np.floor((y + radius_m + _SLACK_M - grid.y0) / grid.cell_m))
+    low = int(np.floor((y - radius_m - SLACK_M - grid.y0) / grid.cell_m))
+    high = int(np.floor((y + radius_m + SLACK_M - grid.y0) / grid.cell_m))
     return row, row - max(low, 0), min(high, grid.rows - 1) - row
 
 
-@kernel
+@copied
 def row_span(grid: Grid, row: int, x: float, y: float, reach2: float) -> tuple[int, int]:
     """Return first and last point of the cells of one row that a disc touches."""
     bottom = grid.y0 + row * grid.cell_m
     dy = max(bottom - y, y - bottom - grid.cell_m, 0.0)
-    dy = max(dy - _SLACK_M, 0.0)
+    dy = max(dy - SLACK_M, 0.0)
     if row < 0 or row >= grid.rows or dy * dy > reach2:
         return 0, 0
-    half = np.sqrt(reach2 - dy * dy) + _SLACK_M
+    half = np.sqrt(reach2 - dy * dy) + SLACK_M
     left = max(int(np.floor((x - half - grid.x0) / grid.cell_m)), 0)
     right = min(int(np.floor((x + half - grid.x0) / grid.cell_m)), grid.columns - 1)
     if left > right:

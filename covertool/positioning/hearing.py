@@ -189,7 +189,7 @@ class Hearing:
         priority = np.where(step.fixed, ANCHOR, priority)
         cars = build_grid(x, y, np.arange(x.size), priority, radius_m)
         if self._options.choice == "nearest":
-            return select_nearest(x, y, cars, anchors, radius_m)
+            return select_nearest(cars, anchors, radius_m)
         listed = list_candidates(x, y, cars, anchors, radius_m)
         if self._options.choice == "all":
             return select_all(listed)

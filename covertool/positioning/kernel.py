@@ -15,3 +15,13 @@ def kernel(function: Function) -> Function:
     """
     compiled = numba.njit(nogil=True, cache=True, error_model="numpy")(function)
     return cast(Function, compiled)
+
+
+def copied(function: Function) -> Function:
+    """Return a function that is copied into the kernels that call it.
+
+    For what is called car by car: to hand arrays to a compiled function costs more than looking
+    at a few points.
+    """
+    compiled = numba.njit(nogil=True, inline="always", error_model="numpy")(function)
+    return cast(Function, compiled)

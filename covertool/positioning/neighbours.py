@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from covertool.model import Floats
-from covertool.positioning.grid import Grid, row_span, rows_within
-from covertool.positioning.kernel import kernel
+from covertool.positioning.grid import SLACK_M, Grid, row_span, rows_within
+from covertool.positioning.kernel import copied, kernel
 from covertool.positioning.noise import ANCHOR_BIT, Indices
 
 ANCHOR, PSEUDO_ANCHOR, BLIND = 1, 2, 3
@@ -46,7 +46,7 @@ class Candidates(NamedTuple):
     dy: Floats
 
 
-@kernel
+@copied
 def _insert(
     neighbour: Indices, priority: Indices, metric: Floats, count: int, code: int, p: int, d: float
 ) -> int:
@@ -70,7 +70,7 @@ def _insert(
     return min(count + 1, most)
 
 
-@kernel
+@copied
 def _scan(
     grid: Grid,
     car: int,
@@ -83,12 +83,25 @@ def _scan(
     count: int,
 ) -> int:
     last_place = neighbour.size - 1
-    centre, below, above = rows_within(grid, y, np.sqrt(radius2))
+    radius_m = np.sqrt(radius2) + SLACK_M
+    u, v, reach = (x - grid.x0) / grid.cell_m, (y - grid.y0) / grid.cell_m, radius_m / grid.cell_m
+    left, right = int(max(u - reach, 0.0)), int(max(min(u + reach, grid.columns - 1.0), -1.0))
+    low, high = int(max(v - reach, 0.0)), int(max(min(v + reach, grid.rows - 1.0), -1.0))
+    if u + reach < 0.0 or v + reach < 0.0 or left > right or low > high:
+        return count
+    near = reach < 1.0  # three rows at most: to look at their whole width costs less than to trim
+    centre = min(max(int(v), low), high)
     reach2 = radius2
-    for step in range(2 * max(below, above) + 1):
+    for step in range(2 * max(centre - low, high - centre) + 1):
         # 0, +1, -1, +2, -2 ...: what is found early shortens the way to go
         row = centre + ((step + 1) // 2 if step % 2 else -(step // 2))
-        first, last = row_span(grid, row, x, y, reach2)
+        if row < low or row > high:
+            continue
+        if near:
+            first = grid.start[row * grid.columns + left]
+            last = grid.start[row * grid.columns + right + 1]
+        else:
+            first, last = row_span(grid, row, x, y, reach2)
         for k in range(first, last):
             dx, dy = grid.x[k] - x, grid.y[k] - y
             d2 = dx * dx + dy * dy
@@ -108,34 +121,35 @@ def _scan(
 
 @kernel
 def _select_nearest(
-    x: Floats, y: Floats, cars: Grid, anchors: Grid, radius_m: float, most: int
+    cars: Grid, anchors: Grid, radius_m: float, most: int
 ) -> tuple[Indices, Indices, Indices]:
-    n = x.size
+    n = cars.code.size
     chosen = np.full((n, most), -1, np.int64)
     count, known = np.zeros(n, np.int64), np.zeros(n, np.int64)
     priority, metric, best = np.empty(most, np.int64), np.empty(most), np.empty(most, np.int64)
     radius2 = radius_m * radius_m
     best_car = cars.priority.min() if n > 0 else BLIND
-    for i in cars.code:  # in the order of the cells, so that what is near is in the cache
-        filled = _scan(anchors, i, x[i], y[i], radius2, best, priority, metric, 0)
+    for place in range(n):  # in the order of the cells, so that what is near is in the cache
+        i, own_x, own_y = cars.code[place], cars.x[place], cars.y[place]
+        filled = _scan(anchors, i, own_x, own_y, radius2, best, priority, metric, 0)
         if filled < most or best_car == ANCHOR:
-            filled = _scan(cars, i, x[i], y[i], radius2, best, priority, metric, filled)
-        count[i] = filled
-        chosen[i, :filled] = best[:filled]
+            filled = _scan(cars, i, own_x, own_y, radius2, best, priority, metric, filled)
+        count[place] = filled
         for k in range(filled):
-            known[i] += priority[k] == ANCHOR
-    return chosen, count, known
+            chosen[place, k] = best[k]
+            known[place] += priority[k] == ANCHOR
+    back = np.empty(n, np.int64)
+    for place in range(n):
+        back[cars.code[place]] = place
+    return chosen[back], count[back], known[back]
 
 
-def select_nearest(
-    x: Floats, y: Floats, cars: Grid, anchors: Grid, radius_m: float, most: int = 3
-) -> Selection:
+def select_nearest(cars: Grid, anchors: Grid, radius_m: float, most: int = 3) -> Selection:
     """Return for each car its best neighbours: by priority, then the nearest first.
 
     Parameters
     ----------
-    x, y : (cars,) where the cars truly are, in metres; car i has code i in ``cars``
-    cars, anchors : from :func:`~covertool.positioning.grid.build_grid`
+    cars, anchors : from :func:`~covertool.positioning.grid.build_grid`; car i has code i
     radius_m : communication zone in metres; its edge belongs to it
     most : neighbours at most
 
@@ -145,10 +159,10 @@ def select_nearest(
     >>> x, y = np.array([0.0, 3.0]), np.array([0.0, 4.0])
     >>> cars = build_grid(x, y, np.arange(2), np.full(2, BLIND), 5.0)
     >>> none = build_grid(x[:0], y[:0], np.arange(0), np.arange(0), 5.0)
-    >>> select_nearest(x, y, cars, none, 5.0).neighbour[:, 0].tolist()
+    >>> select_nearest(cars, none, 5.0).neighbour[:, 0].tolist()
     [1, 0]
     """
-    return Selection(*_select_nearest(x, y, cars, anchors, radius_m, most))
+    return Selection(*_select_nearest(cars, anchors, radius_m, most))
 
 
 @kernel

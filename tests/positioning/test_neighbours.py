@@ -55,7 +55,7 @@ def test_grid_selection_equals_brute_force(seed, cars, anchors, radius):
     priority = rng.integers(1, 4, cars)
     x, y, moving, parked = _grids(car, priority, anchor, radius)
     expected = _brute_force(car, priority, anchor, radius)
-    assert _chosen(select_nearest(x, y, moving, parked, radius)) == expected
+    assert _chosen(select_nearest(moving, parked, radius)) == expected
     listed = list_candidates(x, y, moving, parked, radius)
     everyone = _brute_force(car, priority, anchor, radius, most=1000)
     assert _chosen(select_all(listed)) == everyone
@@ -65,18 +65,18 @@ def test_grid_selection_equals_brute_force(seed, cars, anchors, radius):
 def test_a_far_anchor_comes_before_a_near_pseudo_anchor_and_that_before_a_blind_car():
     cars = [[0, 0], [1, 0], [2, 0], [3, 0]]
     rank = [BLIND, BLIND, PSEUDO_ANCHOR, BLIND]
-    x, y, moving, parked = _grids(cars, rank, [[0, 9]], 10.0)
-    assert _chosen(select_nearest(x, y, moving, parked, 10.0))[0] == [ANCHOR_BIT, 2, 1]
+    *_, moving, parked = _grids(cars, rank, [[0, 9]], 10.0)
+    assert _chosen(select_nearest(moving, parked, 10.0))[0] == [ANCHOR_BIT, 2, 1]
 
 
 def test_the_edge_of_the_zone_belongs_to_it():
-    x, y, moving, parked = _grids([[0, 0]], [BLIND], [[9, 12], [15.000001, 0]], 15.0)
-    assert select_nearest(x, y, moving, parked, 15.0).filled.tolist() == [1]
+    *_, moving, parked = _grids([[0, 0]], [BLIND], [[9, 12], [15.000001, 0]], 15.0)
+    assert select_nearest(moving, parked, 15.0).filled.tolist() == [1]
 
 
 def test_of_more_than_three_anchors_the_nearest_three_are_used():
-    x, y, moving, parked = _grids([[0, 0]], [BLIND], [[4, 0], [1, 0], [3, 0], [2, 0]], 15.0)
-    nearest = select_nearest(x, y, moving, parked, 15.0)
+    *_, moving, parked = _grids([[0, 0]], [BLIND], [[4, 0], [1, 0], [3, 0], [2, 0]], 15.0)
+    nearest = select_nearest(moving, parked, 15.0)
     assert (nearest.neighbour[0] & ~ANCHOR_BIT).tolist() == [1, 3, 2]
     assert nearest.anchors.tolist() == [3]
 
@@ -84,7 +84,7 @@ def test_of_more_than_three_anchors_the_nearest_three_are_used():
 @pytest.mark.parametrize("far", [[1e6, 0], [-1e6, 0], [0, 1e6], [0, -1e6], [1e6, 1e6]])
 def test_a_car_far_from_every_anchor_hears_none(far):
     x, y, moving, parked = _grids([far], [BLIND], [[0, 0], [40, 40], [80, 80]], 15.0)
-    assert select_nearest(x, y, moving, parked, 15.0).filled.tolist() == [0]
+    assert select_nearest(moving, parked, 15.0).filled.tolist() == [0]
     assert list_candidates(x, y, moving, parked, 15.0).code.size == 0
 
 
