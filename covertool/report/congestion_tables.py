@@ -2,27 +2,25 @@
 
 from __future__ import annotations
 
-import csv
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from covertool.congestion.rounding import half_up
-from covertool.errors import MissingExtraError
 from covertool.gis import guard
 from covertool.gis.formats import Format
+from covertool.gis.spreadsheet import CSV_TABLE, XLSX, write_csv, write_workbook
+from covertool.gis.textfile import LATEX, write_text
 from covertool.model import OccupancyTable
+from covertool.model.sheets import Cell, Heading, Sheet
+from covertool.report.markup import latex
 
 if TYPE_CHECKING:
     import pandas as pd
 
-FORMATS = (
-    Format("CSV", "", (".csv",)),
-    Format("Excel workbook", "", (".xlsx",)),
-    Format("LaTeX", "", (".tex",)),
-    Format("JSON", "", (".json",)),
-)
+FORMATS = (CSV_TABLE, XLSX, LATEX, Format("JSON", "", (".json",)))
+_TITLE = "Share of the street length that is slow or stands, by weekday and time"
 Rows = list[list[str]]
 
 
@@ -99,12 +97,18 @@ def write_table(path: str | Path, table: OccupancyTable, *, overwrite: bool = Fa
     ------
     FileError
         When the path cannot be written.
-    MissingExtraError
-        When an XLSX is asked for and openpyxl is not installed.
     """
-    target, known = guard.output_file(path, FORMATS, overwrite=overwrite)
-    with guard.replacing(target) as temporary:
-        _WRITERS[known.name](temporary, table)
+    checked, known = guard.output_file(path, FORMATS, overwrite=overwrite)
+    if known is CSV_TABLE:
+        write_csv(checked, _cells(table), overwrite=overwrite)
+    elif known is XLSX:
+        write_workbook(checked, [_printed(table)], title=_TITLE, overwrite=overwrite)
+    elif known is LATEX:
+        write_text(checked, latex([_printed(table)]), known, overwrite=overwrite)
+    else:
+        whole = {"schema_version": 1, "command": "congestion table", **content(table)}
+        text = json.dumps(whole, ensure_ascii=False, indent=1)
+        write_text(checked, f"{text}\n", known, overwrite=overwrite)
 
 
 def _windows(table: OccupancyTable) -> list[str]:
@@ -115,76 +119,29 @@ def _percent(value: float | None) -> str:
     return "-" if value is None else half_up(value)
 
 
-def _write_csv(path: Path, table: OccupancyTable) -> None:
+def _cells(table: OccupancyTable) -> Sheet:
+    """Return one row for each cell and mean, with all digits."""
     names = ("day", "window", "percent", "filled_percent", "days", "observed_fraction")
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow([*names, "ci95_low", "ci95_high"])
-        for cell in table.cells:
-            writer.writerow([*(getattr(cell, name) for name in names), *(cell.ci95 or ("", ""))])
-        for mean in table.means:
-            figures = (mean.percent, mean.filled_percent, mean.count, "")
-            interval = mean.ci95 or ("", "")
-            writer.writerow([f"{mean.group} mean", mean.window, *figures, *interval])
+    rows: list[tuple[Cell, ...]] = [
+        (*(getattr(cell, name) for name in names), *(cell.ci95 or (None, None)))
+        for cell in table.cells
+    ]
+    rows += [
+        (f"{mean.group} mean", mean.window, mean.percent, mean.filled_percent, mean.count, None)
+        + (mean.ci95 or (None, None))
+        for mean in table.means
+    ]
+    titles = tuple(Heading(name, name) for name in (*names, "ci95_low", "ci95_high"))
+    return Sheet("congestion", _TITLE, titles, tuple(rows))
 
 
-def _write_xlsx(path: Path, table: OccupancyTable) -> None:
-    try:
-        from openpyxl import Workbook
-    except ImportError:
-        raise MissingExtraError(
-            "XLSX files need the package openpyxl", str(path), "pip install openpyxl, or write .csv"
-        ) from None
-    book = Workbook()
-    sheet = book.active
-    sheet.title = "congestion"
-    sheet.append(header(table))
-    for row in rows(table):
-        sheet.append([row[0], *(_number(text) for text in row[1:])])
-    # A name that begins with = must stay a name.
-    for cells in sheet.iter_rows():
-        for cell in cells:
-            if cell.data_type == "f":
-                cell.data_type = "s"
-    sheet.freeze_panes = "B2"
-    book.save(path)
+def _printed(table: OccupancyTable) -> Sheet:
+    """Return the printed table with its figures as numbers."""
+    first, *others = header(table)
+    titles = [Heading(name, name, 0 if name.endswith(" days") else 2) for name in others]
+    body = [(row[0], *(_number(text) for text in row[1:])) for row in rows(table)]
+    return Sheet("congestion", _TITLE, (Heading(first, first), *titles), tuple(body))
 
 
 def _number(text: str) -> float | None:
     return float(text) if text not in ("-", "") else None
-
-
-def _write_latex(path: Path, table: OccupancyTable) -> None:
-    columns = header(table)
-    lines = [
-        rf"\begin{{tabular}}{{l{'r' * (len(columns) - 1)}}}",
-        r"\hline",
-        _latex_row(columns),
-        r"\hline",
-        *(_latex_row(row) for row in rows(table)),
-        r"\hline",
-        r"\end{tabular}",
-    ]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-
-
-_LATEX_SPECIAL: Mapping[int, str] = str.maketrans(
-    {char: rf"\{char}" for char in "%&_#${}"} | {"\\": r"\textbackslash{}"}
-)
-
-
-def _latex_row(row: list[str]) -> str:
-    return " & ".join(text.translate(_LATEX_SPECIAL) for text in row) + r" \\"
-
-
-def _write_json(path: Path, table: OccupancyTable) -> None:
-    whole = {"schema_version": 1, "command": "congestion table", **content(table)}
-    path.write_text(json.dumps(whole, ensure_ascii=False, indent=1) + "\n", encoding="utf-8")
-
-
-_WRITERS: Mapping[str, Callable[[Path, OccupancyTable], None]] = {
-    "CSV": _write_csv,
-    "Excel workbook": _write_xlsx,
-    "LaTeX": _write_latex,
-    "JSON": _write_json,
-}

@@ -45,6 +45,7 @@ _LINES = (
     ("segments", TRANSIT, 1.8, "monitored streets"),
     ("trajectories", TRANSIT, 1.2, "drives"),
 )
+_SUBJECTS = ("transit", "segments", "trajectories")
 _TALLEST = 1.6  # height of a map over its width; a page is about that
 
 
@@ -71,8 +72,8 @@ def study_map(
     footnote : str
         Provenance and licence, printed below the map.
     bounds : (x0, y0, x1, y1), optional
-        The part to show, in metres of the CRS; when left out, the box of the transit area, else
-        of all layers.
+        The part to show, in metres of the CRS; when left out, the box of the transit area, of
+        the segments or of the trajectories, whichever is there first.
     width_in : float
         Width of the figure in inches; the height follows from the map.
 
@@ -98,7 +99,7 @@ def study_map(
         if name in layers
     ]
     if "anchors" in layers:
-        handles.append(_draw_anchors(axes, layers["anchors"], x1 - x0, width_in))
+        handles.append(_draw_anchors(axes, layers["anchors"], (x0, y0, x1, y1), width_in))
     axes.set(xlim=(x0, x1), ylim=(y0, y1), aspect="equal", xticks=[], yticks=[])
     axes.set_title(title, loc="left", fontsize=11)
     draw_scale_bar(axes, x1 - x0)
@@ -149,7 +150,9 @@ def of_one_radius(
 
 
 def _extent(layers: Mapping[str, gpd.GeoDataFrame]) -> Bounds:
-    frames = [layers["transit"]] if "transit" in layers else layers.values()
+    """Return the box of what the map is about: roads rather than the houses around them."""
+    subject = next((name for name in _SUBJECTS if name in layers), None)
+    frames = layers.values() if subject is None else [layers[subject]]
     boxes = np.array([frame.total_bounds for frame in frames if len(frame) > 0])
     if boxes.size == 0:
         return 0.0, 0.0, 1.0, 1.0
@@ -184,17 +187,17 @@ def _draw_lines(
     return Line2D([], [], color=colour, linewidth=width_pt, label=label)
 
 
-def _draw_anchors(
-    axes: Axes, frame: gpd.GeoDataFrame, map_width_m: float, width_in: float
-) -> Line2D:
+def _draw_anchors(axes: Axes, frame: gpd.GeoDataFrame, shown: Bounds, width_in: float) -> Line2D:
     """Draw cars as dots of a car's area; the one in the legend is seen at any scale."""
-    points = frame.geometry
-    car_pt = CAR_DIAMETER_M / map_width_m * width_in * 72
+    x0, y0, x1, y1 = shown
+    points = frame.geometry.cx[x0:x1, y0:y1]
+    car_pt = CAR_DIAMETER_M / (x1 - x0) * width_in * 72
     size = max(car_pt, 0.7) ** 2
     axes.scatter(points.x, points.y, s=size, c=PARKED, linewidths=0, zorder=3)
     origins = set(frame["origin"]) if "origin" in frame.columns else {"parked"}
     what = "parked cars" if origins <= {"parked"} else f"anchors ({', '.join(sorted(origins))})"
-    label = f"{len(frame):,} {what}"
+    count = f"{len(frame):,}" if len(points) == len(frame) else f"{len(points):,} of {len(frame):,}"
+    label = f"{count} {what}"
     return Line2D([], [], linestyle="", marker="o", markersize=3, color=PARKED, label=label)
 
 
