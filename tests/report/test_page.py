@@ -187,7 +187,7 @@ def test_a_big_study_is_simplified_with_its_tolerance_told_and_stays_under_5_mb(
     rng = np.random.default_rng(1)
     x, y = 1000 * rng.random((2, 30_000))
     turn = np.linspace(0, 2 * np.pi, 40, endpoint=False)
-    rings = np.stack([3 * np.cos(turn), 3 * np.sin(turn)], axis=-1)
+    rings = np.stack([20 * np.cos(turn), 20 * np.sin(turn)], axis=-1)
     patches = shapely.polygons(rings[None] + 10 * np.stack([x, y], axis=-1)[:12_000, None])
     points = shapely.points(693_000 + 10 * x, 737_000 + 10 * y)
     layers = {
@@ -213,3 +213,46 @@ def test_the_templates_are_part_of_the_package():
 
     folder = Path(room.__file__).parent / "templates"
     assert {p.name for p in folder.iterdir()} >= {"page.html", "page.css", "page.js", "blocks.html"}
+
+
+def cars(study: ReportStudy) -> list[tuple[str, str, bool]]:
+    from covertool.report.page.mapping import map_layers
+
+    found = map_layers(study, study.layers)
+    return [(o.key, o.form, o.shown) for o in found if o.key in ("cars", "vehicles")]
+
+
+@pytest.mark.parametrize(
+    ("ids", "drawn"),
+    [
+        (["a", "b"], [("cars", "car", True)]),
+        (["a", "c"], [("vehicles", "car", False), ("cars", "mark", True)]),
+    ],
+)
+def test_parked_cars_are_the_anchors_and_are_drawn_once(ids, drawn):
+    places = [shapely.Point(0, 0), shapely.Point(50, 0)]
+    vehicles = gpd.GeoDataFrame(
+        {"id": ["a", "b"], "heading_deg": 90.0, "length_m": 4.4, "width_m": 1.8, "parked": True},
+        geometry=[place.buffer(2) for place in places], crs=2157,
+    )  # fmt: skip
+    anchors = gpd.GeoDataFrame({"id": ids, "origin": "parked"}, geometry=places, crs=2157)
+    study = ReportStudy("t.gpkg", "0" * 64, {"vehicles": vehicles, "anchors": anchors}, {}, {})
+    assert cars(study) == drawn
+
+
+def test_a_table_without_its_columns_is_left_out_with_a_warning(make_study, tmp_path, caplog):
+    study = read_parts(make_study(tmp_path / "town.gpkg", "transit", "coverage_summary"))
+    poor = study.tables["coverage_summary"].drop(columns="fraction")
+    text = report_page(
+        ReportStudy(study.name, study.sha256, study.layers, {"coverage_summary": poor}, {})
+    )
+    assert "covertool coverage" in text
+    assert "lacks fraction" in caplog.text
+
+
+def test_empty_geometries_are_passed_over():
+    road = gpd.GeoDataFrame(geometry=[shapely.box(0, 0, 90, 50), None, shapely.Polygon()], crs=2157)
+    empty = gpd.GeoDataFrame(geometry=[None], crs=2157)
+    text = report_page(ReportStudy("t.gpkg", "0" * 64, {"transit": road, "anchors": empty}, {}, {}))
+    assert 'value="transit"' in text
+    assert 'value="cars"' not in text

@@ -280,6 +280,41 @@ def test_dark_is_dark_in_the_page_and_in_the_figures_and_follows_the_device(brow
     assert light[1] == "rgb(251, 250, 247)"
 
 
+def test_the_tab_key_stops_at_the_map_once_and_at_no_plot(fresh):
+    stops = fresh.run(
+        """(() => {
+            const found = [];
+            const walk = (root) => {
+                for (const one of root.querySelectorAll("*")) {
+                    if (one.tabIndex >= 0) found.push(root.host ? "inner" : one.id || one.tagName);
+                    if (one.shadowRoot) walk(one.shadowRoot);
+                }
+            };
+            walk(document);
+            return found;
+        })()"""
+    )
+    assert stops.count("map-box") == 1
+    assert "inner" not in stops
+
+
+def test_two_fingers_zoom_the_map(browser):
+    browser.open(390, 844)
+    browser.send("Emulation.setTouchEmulationEnabled", enabled=True, maxTouchPoints=2)
+    span = (
+        "(() => { const plot = Bokeh.documents.map((d) => d.get_model_by_name('map'))"
+        ".find((m) => m); return plot.x_range.end - plot.x_range.start; })()"
+    )
+    before = browser.run(span)
+    x, y = browser.at(0, 0)
+    for kind, reach in (("touchStart", 10), ("touchMove", 30), ("touchMove", 60), ("touchEnd", 0)):
+        fingers = [{"x": x + 100 - reach, "y": y - 60}, {"x": x + 100 + reach, "y": y - 60}]
+        points = fingers if reach else []
+        browser.send("Input.dispatchTouchEvent", type=kind, touchPoints=points)
+    browser.send("Emulation.setTouchEmulationEnabled", enabled=False)
+    browser.wait(f"{span} < {0.8 * before}", 10)
+
+
 def test_every_plot_is_drawn(fresh):
     sizes = fresh.run(
         "[...document.querySelectorAll('.plot')]"
@@ -291,6 +326,16 @@ def test_every_plot_is_drawn(fresh):
 
 def test_printing_paints_in_light_and_unfolds_the_figures(browser):
     browser.open(dark=True)
-    printed = browser.send("Page.printToPDF", printBackground=True)["data"]
-    assert base64.b64decode(printed).startswith(b"%PDF")
+    browser.run("window.dispatchEvent(new Event('beforeprint'))")
     assert browser.run("[...document.querySelectorAll('details')].every((d) => d.open)")
+    assert browser.run("document.querySelectorAll('canvas.printed').length") == 6
+    painted = browser.run(
+        "(() => { const c = document.querySelector('#map .printed');"
+        " const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;"
+        " return [...new Set(Array.from({length: d.length / 4},"
+        " (_, i) => [d[4 * i], d[4 * i + 1], d[4 * i + 2]].join()))]; })()"
+    )
+    assert {"246,244,239", "216,210,198", "0,0,0"} <= set(painted)  # land, building, car in light
+    browser.run("window.dispatchEvent(new Event('afterprint'))")
+    assert browser.run("document.querySelectorAll('canvas.printed').length") == 0
+    assert browser.send("Page.printToPDF")["data"]

@@ -72,7 +72,12 @@ def report_page(study: ReportStudy) -> str:
 
 
 def _map(study: ReportStudy) -> tuple[TownMap | None, str]:
-    filled = {name: frame for name, frame in study.layers.items() if len(frame)}
+    """Return the map of all that has a place, and the name of its CRS."""
+    placed = {
+        name: frame[~(frame.geometry.isna() | frame.geometry.is_empty)]
+        for name, frame in study.layers.items()
+    }
+    filled = {name: frame for name, frame in placed.items() if len(frame)}
     if not filled:
         return None, ""
     layers, crs = in_one_crs(filled)
@@ -137,9 +142,10 @@ def _facts(study: ReportStudy) -> list[tuple[str, str]]:
         facts.append((f"{len(study.layers['anchors']):,}", "parked cars and other anchors"))
     summary = study.table("coverage_summary")
     if summary is not None:
+        # The first radius; the section on coverage has them all.
         for name, rows in list(by_radius(summary).items())[:1]:
             covered = 100 * (1 - float(rows[0]["fraction"]))
             three = 100 * float(rows[3]["fraction"])
-            facts.append((f"{covered:.1f} %", f"hears at least one at {name}"))
-            facts.append((f"{three:.1f} %", f"hears three or more at {name}"))
+            facts.append((f"{covered:.1f} %", f"of it hears at least one, at {name}"))
+            facts.append((f"{three:.1f} %", f"of it hears three or more, at {name}"))
     return facts

@@ -19,8 +19,9 @@ def limits_section(study: ReportStudy) -> Section:
     ]
     if study.table("coverage_summary") is not None:
         told.append(
-            "Areas are exact for the given discs and streets. That says nothing about"
-            " whether the streets and the parked cars on the map are right."
+            "Each area that covertool computes comes with a closure residual, a certificate that"
+            " no boundary was lost, doubled or moved on the way. It says nothing about whether the"
+            " streets and the parked cars are where the study has them."
         )
     if study.table("positioning") is not None:
         told.append(

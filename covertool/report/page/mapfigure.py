@@ -87,7 +87,7 @@ def _empty_figure(frame: MapFrame) -> figure:
         min_border=0,
         toolbar_location=None,
         tools=[PanTool(), wheel],
-        output_backend="canvas",
+        lod_threshold=None,
     )
     plot.toolbar.active_scroll = wheel
     plot.axis.visible = False

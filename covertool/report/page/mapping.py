@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -72,12 +72,25 @@ def map_layers(study: ReportStudy, layers: Mapping[str, gpd.GeoDataFrame]) -> li
     """Return the layers from the bottom up; ``layers`` are the study's, in one CRS."""
     drawn: list[MapLayer] = []
     for name, make in _MAKERS.items():
-        if name in layers and len(layers[name]):
+        if name in layers:
             drawn += make(layers[name], study)
-    if any(layer.key == "cars" and layer.form == "car" for layer in drawn):
-        # The same cars as points would hide the rectangles.
-        drawn = [layer for layer in drawn if not (layer.key == "cars" and layer.form == "mark")]
-    return drawn
+    return _cars_once(drawn)
+
+
+def _cars_once(drawn: list[MapLayer]) -> list[MapLayer]:
+    """Return the layers with parked cars drawn once.
+
+    Where the vehicles are the anchors, the vehicles' rectangles are drawn; where they are not, the
+    anchors, which is what coverage counts, and the vehicles as a layer to switch on.
+    """
+    cars = next((layer for layer in drawn if layer.key == "cars"), None)
+    vehicles = next((layer for layer in drawn if layer.key == "vehicles"), None)
+    if cars is None or vehicles is None:
+        return drawn
+    if sorted(cars.values.get("Anchor", ["?"])) != sorted(vehicles.values.get("Car", [])):
+        return drawn
+    same = replace(vehicles, key=cars.key, label=cars.label, shown=True)
+    return [same if layer is cars else layer for layer in drawn if layer is not vehicles]
 
 
 def _buildings(frame: gpd.GeoDataFrame, _: ReportStudy) -> list[MapLayer]:
@@ -168,8 +181,9 @@ def _congestion(frame: gpd.GeoDataFrame, _: ReportStudy) -> list[MapLayer]:
         "window": ("Window", str),
     }
     made = []
+    kinds = np.array(column(frame, "kind", "unknown"), dtype=object)
     for kind, label, colour, width in _CONGESTION:
-        rows = frame[frame["kind"] == kind]
+        rows = frame[kinds == kind]
         if len(rows):
             made.append(
                 MapLayer(
@@ -234,19 +248,24 @@ def _round_edges(errors: Floats) -> list[float]:
 
 
 def _vehicles(frame: gpd.GeoDataFrame, _: ReportStudy) -> list[MapLayer]:
-    rows = frame
-    if "parked" in frame:
-        rows = frame[frame["parked"].fillna(True).astype(bool)]
-    needed = ("heading_deg", "length_m", "width_m")
-    if not len(rows) or any(name not in rows for name in needed):
-        return []
-    turned = tuple(rows[name].to_numpy(dtype=float) for name in needed)
-    if not all(np.isfinite(values).all() for values in turned):
+    """Return the parked vehicles: turned rectangles, or points where no heading is known."""
+    parked = column(frame, "parked", True)
+    rows = frame[[bool(value) if value is not None else True for value in parked]]
+    if not len(rows):
         return []
     columns: Columns = {"id": ("Car", str), "site": ("Site", spaced)}
-    values = texts(rows, columns)
+    sizes = [
+        rows[name].to_numpy(dtype=float, na_value=np.nan)
+        for name in ("heading_deg", "length_m", "width_m")
+        if name in rows
+    ]
+    whole = len(sizes) == 3 and all(np.isfinite(values).all() for values in sizes)
     centres: Objects = np.asarray(shapely.centroid(_shapes(rows)), dtype=object)
-    return [MapLayer("cars", "Parked cars", "car", centres, values, theme.PARKED, turned=turned)]
+    return [
+        MapLayer("vehicles", "Vehicles in the imagery", "car" if whole else "mark", centres,
+                 texts(rows, columns), theme.PARKED, shown=False,
+                 turned=(sizes[0], sizes[1], sizes[2]) if whole else None)
+    ]  # fmt: skip
 
 
 _ORIGINS = {

@@ -135,6 +135,7 @@ def _savings(frame: pd.DataFrame) -> list[Block]:
         for _, row in together.iterrows()
         if (percent := _number(row.get("percent"))) is not None
     ]
+    known = list({saving.case: saving for saving in known}.values())
     blocks: list[Block] = []
     if known:
         best, least = max(known, key=_by_percent), min(known, key=_by_percent)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -32,18 +33,20 @@ LAYERS = (
     "anchors",
 )
 """The layers of a study that the report draws."""
-TABLES = (
-    "coverage_summary",
-    "coverage_curve",
-    "coverage_penetration",
-    "coverage_zones",
-    "occupancy",
-    "occupancy_means",
-    "positioning",
-    "improvements",
-    "parked_met",
-)
-"""The tables of a study that the report prints."""
+TABLES: Mapping[str, tuple[str, ...]] = {
+    "coverage_summary": ("radius_m", "level", "area_m2", "fraction"),
+    "coverage_curve": ("radius_m", "level", "fraction"),
+    "coverage_penetration": ("share", "radius_m", "level", "expected"),
+    "coverage_zones": ("zone", "radius_m", "transit_area_m2", "level", "fraction"),
+    "occupancy": ("day", "window", "percent", "filled_percent"),
+    "occupancy_means": ("group", "window", "percent", "filled_percent"),
+    "positioning": ("arm", "mean_error_m"),
+    "improvements": ("percent",),
+    "parked_met": ("vehicle", "scenario", "met_per_km", "percent"),
+}
+"""The tables of a study that the report prints, and the columns that it cannot do without."""
+
+_LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -55,7 +58,7 @@ class ReportStudy:
     name : the file's name, as the user knows it
     sha256 : of the file; its first twelve digits are the run id
     layers : frames by layer name, of `LAYERS`
-    tables : frames by table name, of `TABLES`
+    tables : frames by table name, of the keys of `TABLES`
     metadata : the study's metadata table
     """
 
@@ -81,9 +84,17 @@ class ReportStudy:
         return self.metadata.get("synthetic")
 
     def table(self, name: str) -> pd.DataFrame | None:
-        """Return a table that the study holds and that has rows, else None."""
+        """Return a table that the study holds, with rows and the columns that it needs, or None."""
         frame = self.tables.get(name)
-        return None if frame is None or frame.empty else frame
+        if frame is None or frame.empty:
+            return None
+        lacking = [column for column in TABLES[name] if column not in frame]
+        if lacking:
+            _LOG.warning(
+                "%s: the table %s lacks %s and is left out", self.name, name, ", ".join(lacking)
+            )
+            return None
+        return frame
 
     def command(self, part: str) -> str:
         """Return the command that makes a part: one of `covertool.report.tables.PARTS`."""
@@ -120,8 +131,9 @@ def radius_name(radius_m: float | None, device_class: str | None = None) -> str:
 
 def radius_names(frame: pd.DataFrame) -> list[str]:
     """Return the name of each row's radius."""
-    classes = frame.get("device_class", [None] * len(frame))
-    return [radius_name(r, c) for r, c in zip(frame["radius_m"], classes, strict=True)]
+    unnamed = [None] * len(frame)
+    radii, classes = frame.get("radius_m", unnamed), frame.get("device_class", unnamed)
+    return [radius_name(r, c) for r, c in zip(radii, classes, strict=True)]
 
 
 def in_one_crs(layers: Mapping[str, gpd.GeoDataFrame]) -> tuple[dict[str, gpd.GeoDataFrame], CRS]:

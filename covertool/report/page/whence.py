@@ -29,6 +29,7 @@ def provenance_section(study: ReportStudy, drawn: TownMap | None, crs: str) -> S
         )
     else:
         blocks += [_commands(told), _inputs(told), _versions(told)]
+    blocks.append(_said(study))
     return Section("provenance", "Provenance", tuple(block for block in blocks if _filled(block)))
 
 
@@ -46,6 +47,15 @@ def _drawing(drawn: TownMap | None, crs: str) -> list[str]:
         " own figures.",
         *drawn.thinned,
     ]
+
+
+def _said(study: ReportStudy) -> Table:
+    rows = tuple(
+        (key, value)
+        for key, value in sorted(study.metadata.items())
+        if not key.startswith("provenance ")
+    )
+    return Table("What the study says of itself", ("Key", "Value"), rows, words=2)
 
 
 def _commands(told: list[dict[str, Any]]) -> Table:

@@ -22,14 +22,37 @@
   const views = {};
   for (const [name, item] of Object.entries(items)) {
     views[name] = [...(await Bokeh.embed.embed_item(item, name))][0];
+    // Bokeh's canvas would be one more stop of the Tab key at which nothing can be done.
+    const canvas = views[name].canvas_view?.events_el;
+    if (canvas) canvas.tabIndex = -1;
   }
   repaint();
   wantsDark.addEventListener("change", repaint);
+  // Bokeh takes up new colours of a glyph a moment later; a printer does not wait.
+  function takeUp(view) {
+    for (const { glyph, nonselection_glyph, model, all_indices } of view.renderer_views.values()) {
+      for (const drawn of [glyph, nonselection_glyph]) {
+        drawn?.set_visuals?.(model.data_source, all_indices);
+      }
+    }
+  }
+
+  // On paper: a still picture of each figure in light colours, which scales with the sheet.
   window.addEventListener("beforeprint", () => {
     paint("light");
+    for (const [name, view] of Object.entries(views)) {
+      takeUp(view);
+      const picture = view.export("png").canvas;
+      picture.removeAttribute("style");
+      picture.className = "printed";
+      document.getElementById(name).append(picture);
+    }
     for (const folded of document.querySelectorAll("details")) folded.open = true;
   });
-  window.addEventListener("afterprint", repaint);
+  window.addEventListener("afterprint", () => {
+    for (const picture of document.querySelectorAll(".printed")) picture.remove();
+    repaint();
+  });
   if (views.map) startMap(views.map);
   document.documentElement.dataset.ready = "yes";
 
@@ -101,7 +124,9 @@
       const most = 130 * metresPerPixel;
       const power = 10 ** Math.floor(Math.log10(most));
       const metres = [5, 2, 1].map((step) => step * power).find((length) => length <= most);
-      document.getElementById("scale-bar").style.width = `${metres / metresPerPixel}px`;
+      // A share of the map's width, so that it holds on paper too.
+      const share = (100 * metres) / metresPerPixel / box.clientWidth;
+      document.getElementById("scale-bar").style.width = `${share}cqw`;
       document.getElementById("scale-text").textContent =
         metres >= 1000 ? `${metres / 1000} km` : `${metres} m`;
     }
