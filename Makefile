@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
 
-.PHONY: run test lint bench bench-quick sample-study clean
+.PHONY: run test lint docs bench bench-quick sample-study clean
 .DEFAULT_GOAL := run
 
 $(VENV)/installed: pyproject.toml constraints.txt
@@ -13,9 +13,12 @@ $(VENV)/installed: pyproject.toml constraints.txt
 	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[all,dev]'
 	touch $@
 
+# The whole flow on the synthetic sample study: a study, a report and a table of coverage.
 run: $(VENV)/installed
 	mkdir -p out
-	$(BIN)/covertool coverage --radius 15 -o out/sample.gpkg --overwrite
+	$(BIN)/covertool run --example > out/plan.toml
+	$(BIN)/covertool run out/plan.toml --overwrite
+	$(BIN)/covertool coverage out/sample.gpkg --radius 15
 
 lint: $(VENV)/installed
 	$(BIN)/ruff check .
@@ -25,6 +28,9 @@ lint: $(VENV)/installed
 
 test: lint
 	$(BIN)/python -m pytest -n 2
+
+docs: $(VENV)/installed
+	$(BIN)/python -m sphinx -q -W --keep-going -b html docs docs/_build/html
 
 # Side-by-side ratios, printed as Markdown tables; the machine should be quiet.
 bench: $(VENV)/installed
@@ -38,4 +44,4 @@ sample-study: $(VENV)/installed
 	PYTHONPATH=training $(BIN)/python -m data.recipe
 
 clean:
-	rm -rf $(VENV) out build dist .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis
+	rm -rf $(VENV) out build dist docs/_build docs/generated .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis

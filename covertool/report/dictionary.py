@@ -80,6 +80,9 @@ _WORDS: Mapping[str, tuple[str, str, int | None]] = {
     "kind": ("kind", "", None),
     "height_m": ("height", "m", 1),
 }
+COLUMNS = tuple(_WORDS)
+"""Every column that covertool writes of its own."""
+
 _IN_TABLE: Mapping[tuple[str, str], str] = {
     ("improvements", "percent"): "mean position error that parked cars take off",
     ("parked_met", "percent"): "mean position error that parked cars take off",
