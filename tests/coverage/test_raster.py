@@ -5,6 +5,7 @@ import pytest
 import shapely
 from rasterio.features import MergeAlg, rasterize
 from rasterio.transform import from_origin
+from scipy.stats import poisson
 
 from covertool.coverage import level_areas
 from covertool.coverage.raster import OUTSIDE, grid_over, level_rows
@@ -80,6 +81,20 @@ def test_the_profile_counts_depths_without_a_cap():
     five = np.full(7, 5.0)
     profile = depth_profile(five, five, np.full(7, 100.0), square)
     assert profile.fractions == pytest.approx([0] * 7 + [1])
+
+
+def test_a_field_at_random_has_the_tails_of_the_poisson_law():
+    # P(depth >= k); places a diameter apart are independent, which bounds the chance deviation.
+    random = np.random.default_rng(21)
+    side, radius, density = 1200.0, 15.0, 0.003
+    wide = side + 2 * radius
+    x, y = random.uniform(-radius, side + radius, (2, random.poisson(density * wide**2)))
+    square = shapely.MultiPolygon([shapely.box(0, 0, side, side)])
+    found = depth_profile(x, y, np.full(x.size, radius), square).fractions
+    tails = np.cumsum(found[::-1])[::-1]
+    expected = poisson.sf(np.arange(tails.size) - 1, density * np.pi * radius**2)
+    spread = np.sqrt(expected * (1 - expected) * (2 * radius / side) ** 2)
+    assert np.all(np.abs(tails - expected) <= 4 * spread + 1e-4)
 
 
 def test_pixels_lie_on_multiples_of_their_size():
