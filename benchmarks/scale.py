@@ -10,6 +10,7 @@ import resource
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,7 @@ from covertool.model import Anchors, TransitArea
 ITM = CRS(2157)
 STREETS_APART_M = 100.0
 ANCHORS_PER_KM2 = 1500.0
+HALF_STREET_M = 3.5
 
 
 def country(anchors: int, folder: Path) -> tuple[Path, Path]:
@@ -37,21 +39,32 @@ def country(anchors: int, folder: Path) -> tuple[Path, Path]:
     x, y = np.where(flat, along, street), np.where(flat, street, along)
     cars, roads = folder / f"cars_{anchors}.parquet", folder / f"roads_{anchors}.parquet"
     write_anchors(cars, Anchors.from_points(600_000 + x, 700_000 + y, ITM))
-    low, high = lines[:-1] + 3.5, lines[1:] - 3.5
-    blocks = shapely.box(*(axis.ravel() for axis in _blocks(low, high)))
-    window = shapely.box(lines[0] - 3.5, lines[0] - 3.5, lines[-1] + 3.5, lines[-1] + 3.5)
-    holes = [block.exterior for block in blocks]
-    streets = shapely.transform(
-        shapely.Polygon(window.exterior, holes), lambda xy: xy + np.array([600_000.0, 700_000.0])
-    )
-    write_transit(roads, TransitArea(shapely.MultiPolygon([streets]), ITM))
+    write_transit(roads, TransitArea(shapely.MultiPolygon(list(_towns(lines))), ITM))
     return cars, roads
 
 
-def _blocks(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, ...]:
-    x0, y0 = np.meshgrid(low, low)
-    x1, y1 = np.meshgrid(high, high)
-    return x0, y0, x1, y1
+def _towns(lines: np.ndarray) -> Iterator[shapely.Polygon]:
+    """Yield the streets in squares of 20 x 20 blocks, half a metre apart along their borders."""
+    firsts = range(0, len(lines) - 1, 20)
+    spans = [(first, min(first + 20, len(lines) - 1)) for first in firsts]
+    for column in spans:
+        for row in spans:
+            (x0, x1), (y0, y1) = (_border(lines, *span) for span in (column, row))
+            left, low = (lines[first:last] + HALF_STREET_M for first, last in (column, row))
+            right, high = (lines[first + 1 : last + 1] - HALF_STREET_M
+                           for first, last in (column, row))  # fmt: skip
+            corners = np.meshgrid(left, low), np.meshgrid(right, high)
+            blocks = shapely.box(*(part.ravel() for pair in corners for part in pair))
+            town = shapely.Polygon(
+                shapely.box(x0, y0, x1, y1).exterior, [block.exterior for block in blocks]
+            )
+            yield shapely.transform(town, lambda xy: xy + np.array([600_000.0, 700_000.0]))
+
+
+def _border(lines: np.ndarray, first: int, last: int) -> tuple[float, float]:
+    begin = lines[first] - (HALF_STREET_M if first == 0 else 0)
+    end = lines[last] + (HALF_STREET_M if last == len(lines) - 1 else -0.5)
+    return float(begin), float(end)
 
 
 def measure(cars: Path, roads: Path, anchors: int, radius_m: float, answer: object) -> None:

@@ -127,7 +127,7 @@ def coverage(
     Examples:
       covertool coverage --radius 15
       covertool coverage town.gpkg --radius 15 --radius 100 --into town.gpkg
-      covertool coverage --anchors cars.csv --crs EPSG:2157 --transit roads.geojson --json
+      covertool coverage --anchors lonlat.csv --transit roads.geojson --json
       covertool coverage town.gpkg --curve 5:200:40 --plot curve.png
       covertool coverage --anchors cars.parquet --transit roads.parquet --workers 4
 

@@ -184,8 +184,11 @@ def _inside(pieces: Objects, bounds: Bounds) -> Objects:
 def _united(pieces: Objects) -> shapely.MultiPolygon:
     """Return pieces that touch along shared edges as one; fast where their vertices match."""
     parts = _polygons(pieces)
-    united = shapely.coverage_union_all(parts)
-    if not united.is_valid:
+    try:
+        united = shapely.coverage_union_all(parts)
+    except shapely.errors.GEOSException:  # a tile's border crosses an edge beside a shared vertex
+        united = None
+    if united is None or not united.is_valid:
         united = shapely.union_all(parts)
     return shapely.MultiPolygon(list(_polygons([united])))
 

@@ -49,6 +49,11 @@ def test_rows_of_one_name_are_one_zone():
     assert {name: len(rows) for name, rows in zones.items()} == {"a": 1, "b": 2}
 
 
+def test_numbered_zones_come_in_the_order_of_their_numbers():
+    shapes = np.array([shapely.box(i, 0, i + 1, 1) for i in range(4)], dtype=object)
+    assert list(zones_by_name(shapes, ["10", "sea", "9", "1"])) == ["1", "9", "10", "sea"]
+
+
 def test_an_area_of_interest_elsewhere_is_told():
     with pytest.raises(GeometryError, match="area of interest"):
         clip_transit(ROAD, np.array([shapely.box(500, 500, 600, 600)], dtype=object))
