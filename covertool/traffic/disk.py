@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Sequence
 from pathlib import Path
 
 from covertool.errors import FileError
@@ -20,3 +21,22 @@ def refuse_full_disk(folder: Path, what: str) -> None:
             str(folder),
             "free some space, or set TMPDIR to a folder on a larger disk",
         )
+
+
+def write_xml(path: Path, root: str, rows: Sequence[str]) -> None:
+    """Write elements under a root as a file that SUMO reads.
+
+    Raises
+    ------
+    FileError
+        When the disk is full or the folder may not be written to.
+    """
+    body = "\n".join(rows)
+    try:
+        path.write_text(f"<{root}>\n{body}\n</{root}>\n", encoding="utf-8")
+    except OSError as fault:
+        raise FileError(
+            f"{path.name} cannot be written for SUMO: {fault.strerror}",
+            str(path.parent),
+            "free some space, or set TMPDIR to a folder on a larger disk",
+        ) from None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import re
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
@@ -17,7 +17,7 @@ from covertool.gis.streams import open_stream
 from covertool.model import Anchors
 from covertool.traffic.child import Finished, run_program
 from covertool.traffic.demand import CAR_LENGTH_M, Demand, Trip
-from covertool.traffic.disk import refuse_full_disk
+from covertool.traffic.disk import refuse_full_disk, write_xml
 from covertool.traffic.edges import Network
 from covertool.traffic.fcd import FcdRows, read_rows
 from covertool.traffic.parked import anchor_points, parked_cars, parked_type
@@ -130,8 +130,8 @@ class _Files:
             cars = parked + cars
         elif anchors is not None:
             rows += anchor_points(anchors, network)
-        _write(self._additional, "additional", rows)
-        _write(self._routes[0], "routes", kinds + cars)
+        write_xml(self._additional, "additional", rows)
+        write_xml(self._routes[0], "routes", kinds + cars)
         if demand.user is not None:
             self._routes += demand.user.files
 
@@ -216,11 +216,6 @@ def _vehicle(trip: Trip) -> str:
         f'<vehicle id={quoteattr(trip.vehicle)} type="car" depart="{trip.depart_s:.2f}" {start} '
         f'departSpeed="max"><route edges={quoteattr(" ".join(trip.edges))}/></vehicle>'
     )
-
-
-def _write(path: Path, root: str, rows: Sequence[str]) -> None:
-    body = "\n".join(rows)
-    path.write_text(f"<{root}>\n{body}\n</{root}>\n", encoding="utf-8")
 
 
 def _statistics(path: Path) -> dict[str, float]:

@@ -18,6 +18,7 @@ from shapely.ops import substring
 from covertool import crs as crs_door
 from covertool.errors import ColumnError, CrsError, GeometryError
 from covertool.model import Floats, Objects
+from covertool.traffic.disk import write_xml
 from covertool.traffic.edges import Network
 from covertool.traffic.netconvert import netconvert, projection_text
 
@@ -250,7 +251,7 @@ def _write_nodes(
     for k, (east, north) in enumerate(moved):
         kind = "traffic_light" if k in signals else "priority"
         rows.append(f'<node id="J{k}" x="{east:.2f}" y="{north:.2f}" type="{kind}"/>')
-    _write(path, "nodes", rows)
+    write_xml(path, "nodes", rows)
 
 
 def _write_types(path: Path, kinds: list[str]) -> None:
@@ -259,7 +260,7 @@ def _write_types(path: Path, kinds: list[str]) -> None:
         f' speed="{_SPEED_KMH.get(kind, _OTHER_SPEED_KMH) / 3.6:.3f}" spreadType="right"/>'
         for kind in sorted(set(kinds))
     ]
-    _write(path, "types", rows)
+    write_xml(path, "types", rows)
 
 
 def _write_edges(
@@ -283,9 +284,4 @@ def _write_edges(
                 f"type={quoteattr(kinds[piece.street])} name={quoteattr(names[piece.street])} "
                 f'width="{widths_m[piece.street]:.2f}" shape="{text}"/>'
             )
-    _write(path, "edges", rows)
-
-
-def _write(path: Path, root: str, rows: list[str]) -> None:
-    body = "\n".join(rows)
-    path.write_text(f"<{root}>\n{body}\n</{root}>\n", encoding="utf-8")
+    write_xml(path, "edges", rows)

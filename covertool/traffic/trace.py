@@ -43,6 +43,16 @@ def read_fcd(
         When a column is missing or holds what is no number.
     GeometryError
         When the file holds no car.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder) / "fcd.csv"
+    ...     _ = path.write_text("time;id;x;y;angle;speed\\n0;a;100;50;90;10\\n")
+    ...     trace = read_fcd(path)
+    >>> print(float(trace.x_m[0]), float(trace.y_m[0]), round(float(trace.vx[0]), 3))
+    97.5 50.0 10.0
     """
     rows = read_rows(path)
     if horizon_s is not None:

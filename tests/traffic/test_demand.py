@@ -124,6 +124,17 @@ def test_a_circuit_that_falls_apart_is_refused(town):
         town_demand(town, circuit=["0.0", "1.0"], started=5)
 
 
+@needs_sumo
+def test_a_net_in_many_parts_is_no_town(tmp_path):
+    parts = [ladder(columns=3).translate(1000.0 * k, 0.0) for k in range(3)]
+    rows = {"name": "s", "kind": "main", "width_m": 7.0}
+    streets = gpd.GeoDataFrame(rows, geometry=[line for part in parts for line in part],
+                               index=range(15), crs="EPSG:2157")  # fmt: skip
+    network = network_from_streets(streets, tmp_path)
+    with pytest.raises(GeometryError, match=r"only weakly connected: cars .* on 33%"):
+        town_demand(network)
+
+
 def test_a_users_routes_name_their_edges_types_and_first_start(town, tmp_path):
     path = tmp_path / "mine.rou.xml"
     path.write_text(

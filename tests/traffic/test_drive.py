@@ -310,6 +310,12 @@ def test_a_sumo_on_a_full_disk_is_not_taken_for_done(town, tmp_path, monkeypatch
         subprocess.run(["umount", str(disk)], check=True)
 
 
+def test_a_folder_that_is_gone_is_told(town, tmp_path):
+    with pytest.raises(FileError, match="cannot be written for SUMO"):
+        run_sumo(town, campus_demand(town), tmp_path / "gone", seed=1, step_s=1.0, anchors=None,
+                 anchors_as="points", timeout_s=9)  # fmt: skip
+
+
 def python(code, *arguments):
     return [sys.executable, "-c", textwrap.dedent(code), *arguments]
 
