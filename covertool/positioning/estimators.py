@@ -39,7 +39,8 @@ class Measurements:
     car : (cars,) number of each car, the same in every run; rows = runs * cars
     velocity : (rows, 2) measured velocity in m/s
     gps : (rows, 2) GPS fix in metres, with ``gps_variance_m2`` per axis for a filter
-    count : (rows,) neighbours heard; 0 for an isolated car
+    count : (rows,) neighbours heard; 0 for an isolated car. Like ``neighbour`` the same in every
+        run of a block
     neighbour : (rows, most) place of a moving neighbour among the cars, an anchor's code from
         ``noise.ANCHOR_BIT``, or -1; best first
     range_m : (rows, most) measured range, with ``range_variance_m2`` (rows, most)

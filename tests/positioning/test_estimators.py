@@ -280,6 +280,11 @@ def test_three_cars_in_a_row_know_their_middle_as_well_whatever_way_the_row_poin
     assert (row > 0.95 * 36 / (4 * 3)).all()  # four fixes of three cars, and no more
 
 
+def test_second_order_refuses_more_cars_than_it_can_remember():
+    with pytest.raises(OptionError, match="correlations of 2000 cars"):
+        SecondOrder(2001)
+
+
 @pytest.mark.parametrize("name", ["nosuchmodule:Name", "math:nothing", "math:pi", "ekf"])
 def test_what_is_no_estimator_is_refused(name):
     with pytest.raises(OptionError):
