@@ -7,7 +7,7 @@ import pickle
 import pytest
 
 from covertool.errors import MissingExtraError, OptionError
-from covertool.spread import LOCAL_CLUSTER, Ledger, spread
+from covertool.spread import LOCAL_CLUSTER, Ledger, spread, spread_in_order
 
 PIECES = [4, 1, 9, 16, 2]
 ROOTS = [2.0, 1.0, 3.0, 4.0, math.sqrt(2)]
@@ -98,3 +98,12 @@ def test_every_piece_is_told_once():
 def test_a_fault_of_covertool_survives_the_way_between_processes():
     error = OptionError("what", "where", "mend")
     assert str(pickle.loads(pickle.dumps(error))) == str(error)
+
+
+def test_results_that_wait_in_a_ledger_come_one_after_the_other_in_order(tmp_path):
+    ledger = Ledger(tmp_path / "ledger", "roots")
+    results = spread_in_order(math.sqrt, [9, 4, 1], ledger=ledger)
+    assert next(results) == 3
+    assert len(list((tmp_path / "ledger").glob("*.piece"))) == 3
+    ledger.clear([4])  # a lost one is computed anew
+    assert list(results) == [2, 1]
