@@ -204,6 +204,8 @@ def sweep_edge(near, k, base, edges, e, hits, h, events, out, m):
     """
     ax, ay, bx, by = edges[e, 0], edges[e, 1], edges[e, 2], edges[e, 3]
     depth, n = base, 0
+    if h + 2 * k > hits.shape[0]:
+        return -1, h
     for j in range(k):
         weight = near[j, 3]
         starts_in, count, enter, leave = edge_crossings(

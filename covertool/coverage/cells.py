@@ -34,7 +34,7 @@ def cell_boundaries(
     x0, y0, x1, y1 = cell * column, cell * row, cell * (column + 1), cell * (row + 1)
     half = 0.5 * cell * (1.0 + 1e-9)
     base, k = gather(0.5 * (x0 + x1), 0.5 * (y0 + y1), half, discs, shape, place, first_disc, near)
-    if k < 0 or 2 * k * (e1 - e0) > hits.shape[0] or 2 * (k + e1 - e0) > events.shape[0]:
+    if k < 0 or 2 * (k + e1 - e0) > events.shape[0]:
         return -1
     return sweep_cell(
         near, k, base, x0, y0, x1, y1, inside[c] > 0, edges, e0, e1, hits, events, out
@@ -52,7 +52,7 @@ def sweep_cell(near, k, base, x0, y0, x1, y1, centre_inside, edges, e0, e1, hits
     base : depth of the discs that cover the whole cell
     x0, y0, x1, y1 : the cell's lower left and upper right corner
     edges, e0, e1 : the transit edges of the cell are ``edges[e0:e1]``
-    hits : (>= 2 k (e1 - e0), 3) working space: where circles cross edges, and the disc's hit before
+    hits : (capacity, 3) working space: where circles cross edges, and the disc's hit before
     events : (>= 2 k + 2 (e1 - e0), 4) working space
     out : (capacity, 8) rows of start x, y, end x, y, radius (0 for an edge), depth on the right,
         depth on the left, disc (-1 for an edge)
