@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from covertool import crs as crs_door
 from covertool.gis.provenance import sha256
@@ -13,9 +16,39 @@ from covertool.gis.study import (
     read_tables,
     table_names,
 )
-from covertool.report.tables import Findings
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 RUN_ID_DIGITS = 12
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What the tables are made from, as it lies in a study.
+
+    Attributes
+    ----------
+    name : of the study
+    path : of the study, for messages
+    run_id : short hash of the study
+    crs : name of its CRS
+    counts : rows of each layer
+    transit_area_m2 : area of the transit layer; None when there is none
+    tables : its tables of findings by name
+    columns : columns of each layer and table
+    metadata : its metadata table
+    """
+
+    name: str
+    path: str
+    run_id: str
+    crs: str
+    counts: Mapping[str, int]
+    transit_area_m2: float | None
+    tables: Mapping[str, pd.DataFrame]
+    columns: Mapping[str, Sequence[str]]
+    metadata: Mapping[str, str]
 
 
 def run_id(study: Path) -> str:

@@ -4,111 +4,21 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from covertool.errors import FileError, OptionError
 from covertool.model.sheets import Cell, Heading, Sheet
 from covertool.report.dictionary import heading, meaning
+from covertool.report.findings import Findings
+from covertool.report.parts import PARTS
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
-@dataclass(frozen=True)
-class Part:
-    """A part of a study that becomes a sheet.
-
-    Attributes
-    ----------
-    table : its table in the study
-    title : headline of the sheet
-    mend : the command that makes it, with STUDY for the study's path
-    """
-
-    table: str
-    title: str
-    mend: str
-
-
-PARTS: Mapping[str, Part] = {
-    "coverage": Part(
-        "coverage_summary",
-        "Share of the transit area that hears one, two, or three and more stationary cars",
-        "covertool coverage STUDY --radius 15 --into STUDY",
-    ),
-    "curve": Part(
-        "coverage_curve",
-        "Coverage against the radius",
-        "covertool coverage STUDY --radius 15 --curve 5:100:20 --into STUDY",
-    ),
-    "penetration": Part(
-        "coverage_penetration",
-        "Expected coverage when only a share of the cars carries a device",
-        "covertool coverage STUDY --radius 15 --penetration 0.1,0.5,1 --into STUDY",
-    ),
-    "zones": Part(
-        "coverage_zones",
-        "Coverage of each zone",
-        "covertool coverage STUDY --radius 15 --by ZONES --into STUDY",
-    ),
-    "congestion": Part(
-        "occupancy",
-        "Street length that is slow or stands, by weekday and time",
-        "covertool congestion table OBSERVATIONS --into STUDY",
-    ),
-    "congestion_means": Part(
-        "occupancy_means",
-        "Street length that is slow or stands, means over days",
-        "covertool congestion table OBSERVATIONS --into STUDY",
-    ),
-    "positioning": Part(
-        "positioning",
-        "Position errors of moving cars",
-        "covertool simulate STUDY --into STUDY",
-    ),
-    "improvements": Part(
-        "improvements",
-        "How much parked cars take off the position error",
-        "covertool simulate STUDY --into STUDY",
-    ),
-    "parked_met": Part(
-        "parked_met",
-        "Parked cars that a moving car meets on its way",
-        "covertool simulate STUDY --into STUDY",
-    ),
-}
 ALWAYS = ("summary", "parameters", "dictionary")
 TABLE_NAMES = ("summary", *PARTS, "parameters", "dictionary")
 """The sheets of a workbook, in their order; of `PARTS` those that the study holds."""
-
-
-@dataclass(frozen=True)
-class Findings:
-    """What the tables are made from, as it lies in a study.
-
-    Attributes
-    ----------
-    name : of the study
-    path : of the study, for messages
-    run_id : short hash of the study
-    crs : name of its CRS
-    counts : rows of each layer
-    transit_area_m2 : area of the transit layer; None when there is none
-    tables : its tables of findings by name
-    columns : columns of each layer and table
-    metadata : its metadata table
-    """
-
-    name: str
-    path: str
-    run_id: str
-    crs: str
-    counts: Mapping[str, int]
-    transit_area_m2: float | None
-    tables: Mapping[str, pd.DataFrame]
-    columns: Mapping[str, Sequence[str]]
-    metadata: Mapping[str, str]
 
 
 def sheet(found: Findings, name: str) -> Sheet:

@@ -17,7 +17,7 @@ from covertool.model import LEVELS, Bounds
 from covertool.report.curves import LevelCurve, level_curves
 from covertool.report.figures import of_one_radius, study_map
 from covertool.report.findings import run_id
-from covertool.report.tables import PARTS
+from covertool.report.parts import PARTS
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -8,7 +8,9 @@ import pytest
 
 from covertool.errors import FileError, OptionError
 from covertool.report.dictionary import heading, meaning
-from covertool.report.tables import ALWAYS, PARTS, TABLE_NAMES, Findings, sheet, sheets
+from covertool.report.findings import Findings
+from covertool.report.parts import PARTS
+from covertool.report.tables import ALWAYS, TABLE_NAMES, sheet, sheets
 
 AREAS = (50.0, 30.0, 15.0, 5.0)
 SUMMARY = pd.DataFrame(

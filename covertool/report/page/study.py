@@ -13,7 +13,7 @@ import numpy as np
 
 from covertool import crs as crs_door
 from covertool.errors import CrsError
-from covertool.report.tables import PARTS
+from covertool.report.parts import PARTS
 
 if TYPE_CHECKING:
     import geopandas as gpd
@@ -97,7 +97,7 @@ class ReportStudy:
         return frame
 
     def command(self, part: str) -> str:
-        """Return the command that makes a part: one of `covertool.report.tables.PARTS`."""
+        """Return the command that makes a part: one of `covertool.report.parts.PARTS`."""
         return self.named(PARTS[part].mend)
 
     def named(self, command: str) -> str:
