@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +13,7 @@ from covertool.cli.console import say
 from covertool.cli.coverage_findings import Findings, RasterFindings, Town
 from covertool.cli.coverage_output import size_text
 from covertool.cli.inputs import Inputs
+from covertool.cli.whence import whence
 
 
 def check_outputs(
@@ -86,12 +86,11 @@ def write_layers_of(
     if path is None:
         return
     from covertool.coverage.tables import finding_tables
-    from covertool.gis.provenance import provenance
     from covertool.gis.study import inherited_metadata
     from covertool.gis.write import write_layers
 
     files = inputs.files()
-    metadata = {**inherited_metadata(files), **provenance(sys.argv[1:], files).to_metadata()}
+    metadata = {**inherited_metadata(files), **whence(files).to_metadata()}
     whole = dict(layers)
     if path.suffix.lower() == ".gpkg":
         whole |= finding_tables(found.report, found.curve, found.penetration, found.zones)

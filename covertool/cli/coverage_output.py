@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
@@ -11,6 +10,7 @@ import typer
 
 from covertool.cli.console import print_table
 from covertool.cli.coverage_findings import Findings
+from covertool.cli.whence import whence
 
 if TYPE_CHECKING:
     from covertool.cli.inputs import Inputs
@@ -80,8 +80,6 @@ def print_report(report: CoverageReport, crs: str) -> None:
 
 def json_content(found: Findings, inputs: Inputs) -> dict[str, Any]:
     """Return the content of ``coverage --json`` but for the seconds."""
-    from covertool.gis.provenance import provenance
-
     content: dict[str, Any] = {
         "transit_area_m2": found.report.transit_area_m2,
         "anchors": found.report.anchors,
@@ -109,7 +107,7 @@ def json_content(found: Findings, inputs: Inputs) -> dict[str, Any]:
     if found.raster is not None:
         content["raster"] = asdict(found.raster)
     files = [str(path) for path in inputs.files()]
-    content["provenance"] = provenance(sys.argv[1:], files).to_json()
+    content["provenance"] = whence(files).to_json()
     return content
 
 

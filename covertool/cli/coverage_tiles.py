@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -90,11 +91,12 @@ def _layers(job: TileJob, findings: Findings, ledger: Ledger) -> dict[str, Any]:
     from covertool.model import LEVELS
 
     report = findings.report
+
+    def parts(level: int) -> Any:
+        return tile_layer(level, job, report, tile_regions(job, ledger))
+
     return {
-        f"coverage_level_{level}": Parts(
-            tile_sample(level, job, report),
-            lambda level=level: tile_layer(level, job, report, tile_regions(job, ledger)),
-        )
+        f"coverage_level_{level}": Parts(tile_sample(level, job, report), partial(parts, level))
         for level in LEVELS[1:]
     }
 
