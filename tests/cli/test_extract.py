@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import geopandas as gpd
@@ -12,6 +13,7 @@ import rasterio
 import rasterio.warp
 from rasterio.transform import Affine
 
+from covertool.cli.extract_files import job_ledger
 from covertool.gis.read import read_study
 from covertool.gis.sample import sample_folder
 
@@ -154,6 +156,22 @@ def test_an_existing_study_is_kept_unless_told_otherwise(bare, tmp_path):
     done = run("extract", bare, "--gsd", 0.2, "-o", tmp_path / "a.gpkg")
     assert (done.returncode, (tmp_path / "a.gpkg").read_bytes()) == (1, b"mine")
     assert "--overwrite" in done.stderr
+
+
+@dataclass(frozen=True)
+class NamedModel:
+    """A user's model: two files may have one name, and a repr that hides their bytes."""
+
+    model: bytes = field(repr=False)
+    name: str = "own.onnx"
+
+
+def test_another_model_of_the_same_name_is_another_job(bare, tmp_path):
+    jobs = [
+        job_ledger(tmp_path / "windows", [bare], NamedModel(model), [None]).job
+        for model in (b"one", b"two", b"one")
+    ]
+    assert jobs[0] == jobs[2] != jobs[1]
 
 
 @pytest.fixture(scope="module")

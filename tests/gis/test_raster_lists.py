@@ -10,6 +10,8 @@ import rasterio
 from rasterio.transform import Affine
 
 from covertool.errors import FileError
+from covertool.gis import georaster
+from covertool.gis.geotiff import open_raster
 from covertool.gis.raster_lists import raster_files
 
 BUILD = shutil.which("gdalbuildvrt")
@@ -163,3 +165,14 @@ def test_a_list_names_files_beside_it_one_a_line(tmp_path: Path) -> None:
     path.write_text("/vsicurl/http://example.org/a.tif\n")
     with pytest.raises(FileError, match="not opened"):
         raster_files(path)
+
+
+def test_a_mosaic_of_many_files_holds_few_of_them_open(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(georaster, "_MOST_OPEN", 2)
+    rasters = [open_raster(tile(tmp_path / f"{i}.tif", i)) for i in range(5)]
+    for _ in range(2):
+        seen = [int(raster.read(0, 0, 1, 1)[0, 0, 0]) for raster in rasters]
+        assert seen == [60, 61, 62, 63, 64]
+        assert sum(raster._handles in georaster._OPENED.datasets for raster in rasters) <= 2
