@@ -146,6 +146,6 @@ def _facts(study: ReportStudy) -> list[tuple[str, str]]:
         for name, rows in list(by_radius(summary).items())[:1]:
             covered = 100 * (1 - float(rows[0]["fraction"]))
             three = 100 * float(rows[3]["fraction"])
-            facts.append((f"{covered:.1f} %", f"of it hears at least one, at {name}"))
-            facts.append((f"{three:.1f} %", f"of it hears three or more, at {name}"))
+            facts.append((f"{covered:.1f} %", f"hears one parked car or more, at {name}"))
+            facts.append((f"{three:.1f} %", f"hears three or more, at {name}"))
     return facts

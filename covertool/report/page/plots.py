@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from bokeh.models import ColumnDataSource, DataRange1d, FactorRange, HoverTool, Range1d
+from bokeh.models import ColumnDataSource, DataRange1d, FactorRange, HoverTool, Range1d, Span
 from bokeh.plotting import figure
 
 from covertool.model import Floats
@@ -109,8 +109,7 @@ def error_plot(pairs: Sequence[ArmPair], lines: Sequence[tuple[str, float]]) -> 
     )  # fmt: skip
     coloured(joins.glyph, line_color=theme.RULE)
     for (_, at), dash in zip(lines, _DASHES, strict=False):
-        line = plot.line(x=[at, at], y=[cases[0], cases[-1]], line_width=1.5, line_dash=dash)
-        coloured(line.glyph, line_color=theme.MUTED)
+        _upright(plot, at, dash)
     for entry, values in zip(
         ERROR_KEY,
         (
@@ -149,8 +148,7 @@ def saving_plot(savings: Sequence[Saving]) -> figure:
         y0=[case for case, _, _ in known], y1=[case for case, _, _ in known], line_width=2,
     )  # fmt: skip
     coloured(whiskers.glyph, line_color=theme.ACCENT)
-    zero = plot.line(x=[0, 0], y=[cases[0], cases[-1]], line_width=1)
-    coloured(zero.glyph, line_color=theme.MUTED)
+    _upright(plot, 0.0, "solid")
     _dots(plot, [(s.case, s.percent) for s in savings], SAVING_KEY[0], "%")
     dress(plot)
     return plot
@@ -184,6 +182,11 @@ def _figure(
         height=height, sizing_mode="stretch_width", toolbar_location=None, tools=[],
         x_axis_label=x_label, y_axis_label=y_label, min_border_right=18, y_range=rows,
     )  # fmt: skip
+
+
+def _upright(plot: figure, at: float, dash: str) -> None:
+    line = Span(location=at, dimension="height", line_width=1.5, line_dash=dash)
+    plot.add_layout(coloured(line, line_color=theme.MUTED))
 
 
 def _dots(

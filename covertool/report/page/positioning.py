@@ -80,7 +80,8 @@ def _errors(frame: pd.DataFrame) -> list[Block]:
     ]
     if pairs:
         plot = error_plot(pairs, lines)
-        key = (*ERROR_KEY, *line_key(lines))
+        bounded = any(pair.bound_m is not None for pair in pairs)
+        key = (*(ERROR_KEY if bounded else ERROR_KEY[:2]), *line_key(lines))
         blocks.append(Plot("plot-errors", "Mean error", _told(pairs, lines), plot, key))
     blocks.append(Table("Position error over all cars, m", heads, rows, words=2))
     return blocks
@@ -115,9 +116,10 @@ def _told(pairs: list[ArmPair], lines: list[tuple[str, float]]) -> str:
              if p.traditional_m is not None and p.proposed_m is not None]  # fmt: skip
     parts: list[str] = []
     if whole:
-        case, without, with_them = max(whole, key=lambda one: one[1] - one[2])
         parts.append(f"Without parked cars: {_span([one[1] for one in whole])}")
         parts.append(f"with them: {_span([one[2] for one in whole])}")
+    if len(whole) > 1:
+        case, without, with_them = max(whole, key=lambda one: one[1] - one[2])
         parts.append(f"largest difference: {without:.2f} m to {with_them:.2f} m ({case})")
     parts += [f"{name}: {at:.2f} m" for name, at in lines]
     return f"{'; '.join(parts)}."
@@ -139,7 +141,9 @@ def _savings(frame: pd.DataFrame) -> list[Block]:
     blocks: list[Block] = []
     if known:
         best, least = max(known, key=_by_percent), min(known, key=_by_percent)
-        told = f"Most: {_saving(best)}. Least: {_saving(least)}."
+        told = f"{_saving(best)}."
+        if best is not least:
+            told = f"Most: {_saving(best)}. Least: {_saving(least)}."
         title = "What parked cars take off the mean error"
         blocks.append(Plot("plot-savings", title, told, saving_plot(known), SAVING_KEY))
     rows = tuple((_case(row), *_saving_cells(row)) for _, row in together.iterrows())
