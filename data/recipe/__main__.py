@@ -34,7 +34,12 @@ def main() -> None:
             "buildings": layers.buildings(fabric),
         },
         overwrite=True,
-        metadata={"title": TOWN, "synthetic": "yes: no real place, made by data/recipe"},
+        metadata={
+            "title": TOWN,
+            "synthetic": "yes: no real place, made by data/recipe",
+            "licence": "MIT",
+            "data_date": "none: drawn, not surveyed",
+        },
     )
     write_trace(FOLDER / SAMPLE_TRACE, layers.streets(fabric))
     observe(segments).to_csv(FOLDER / "observations.csv", index=False, lineterminator="\n")
