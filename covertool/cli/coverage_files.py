@@ -37,11 +37,11 @@ def check_outputs(
         raise typer.BadParameter("add --curve or --penetration to draw", param_hint="--plot")
     if output is not None or plot is not None:
         from covertool.gis.figure import FIGURE_FORMATS
-        from covertool.gis.formats import RASTER_FORMATS, VECTOR_FORMATS
+        from covertool.gis.formats import RASTER_FORMATS, VECTOR_OUTPUTS
         from covertool.gis.guard import output_file
 
         if output is not None:
-            formats = RASTER_FORMATS[:1] if pixels else VECTOR_FORMATS
+            formats = RASTER_FORMATS[:1] if pixels else VECTOR_OUTPUTS
             output_file(output, formats, overwrite=overwrite)
         if plot is not None:
             output_file(plot, FIGURE_FORMATS, overwrite=overwrite)

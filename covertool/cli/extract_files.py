@@ -32,11 +32,11 @@ def require_one(files: list[Path], score: Path | None) -> None:
 
 def require_free(output: Path | None, overwrite: bool, images: list[Path]) -> None:
     """Refuse an output that cannot be written before hours of work rather than after."""
-    from covertool.gis.formats import VECTOR_FORMATS
+    from covertool.gis.formats import VECTOR_OUTPUTS
     from covertool.gis.guard import output_file
 
     if output is not None:
-        output_file(output, VECTOR_FORMATS, overwrite=overwrite, inputs=images)
+        output_file(output, VECTOR_OUTPUTS, overwrite=overwrite, inputs=images)
 
 
 def opened(

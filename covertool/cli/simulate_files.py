@@ -38,7 +38,7 @@ class Files:
     def check(self, *, recorded: bool) -> None:
         """Refuse files that may not be written and options that do not fit, at once."""
         from covertool.gis.figure import FIGURE_FORMATS
-        from covertool.gis.formats import VECTOR_FORMATS
+        from covertool.gis.formats import VECTOR_OUTPUTS
         from covertool.gis.guard import output_file
         from covertool.gis.records import RECORD_FORMATS
         from covertool.traffic import sumo_files
@@ -48,7 +48,7 @@ class Files:
         if self.edge_data is not None and recorded:
             raise typer.BadParameter("a recorded trace has no edgeData", param_hint="--edge-data")
         for path, formats in (
-            (self.output, VECTOR_FORMATS),
+            (self.output, VECTOR_OUTPUTS),
             (self.table, RECORD_FORMATS),
             (self.traces, RECORD_FORMATS),
             (self.additional, sumo_files.ADDITIONAL_FORMATS),
