@@ -141,7 +141,7 @@ def _timesteps(
             yield (
                 f"        <vehicle id={quoteattr(str(vehicle[i]))} "
                 f'x="{x[i]:.2f}" y="{y[i]:.2f}" angle="{angle[i]:.2f}" type="estimate" '
-                f'speed="{speed[i]:.2f}" pos="0.00" lane="" slope="0.00"/>\n'
+                f'speed="{speed[i]:.2f}"/>\n'
             )
         yield "    </timestep>\n"
 

@@ -2,6 +2,7 @@
 
 import dataclasses
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -65,15 +66,13 @@ def test_anchors_between_two_steps_are_on_the_way():
     assert anchors_on_way(beside, line_of(), 5.0).id.tolist() == ["1", "3"]
 
 
-class _Straight:
-    """A network of one straight street of 100 m, as far as layouts look at it."""
-
-    edges = {"a": type("Edge", (), {"shape": np.array([[0.0, 0.0], [100.0, 0.0]])})()}
+STRAIGHT = SimpleNamespace(edges={"a": SimpleNamespace(shape=np.array([[0.0, 0.0], [100.0, 0.0]]))})
+"""A network of one straight street of 100 m, as far as layouts look at it."""
 
 
 def test_a_layout_keeps_number_side_and_kerb_and_shifts_all_by_one_way():
     anchors = Anchors.from_points([10.0, 30.0, 80.0], [3.0, -3.0, 4.0], IRELAND)
-    for layout in parked_layouts(anchors, 3, network=_Straight(), seed=7):
+    for layout in parked_layouts(anchors, 3, network=STRAIGHT, seed=7):
         assert layout.y_m == pytest.approx(anchors.y_m)
         shift = np.mod(layout.x_m - anchors.x_m, 100.0)
         assert shift == pytest.approx(np.full(3, shift[0]))
