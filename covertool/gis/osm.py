@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import gzip
 import json
 import warnings
+import zlib
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,12 +16,14 @@ from covertool.errors import FileError, GeometryError
 from covertool.gis import guard, repair
 from covertool.gis.formats import OSM_FORMATS
 from covertool.gis.repair import Repairs
+from covertool.gis.streams import open_stream
 
 if TYPE_CHECKING:
     import geopandas as gpd
 
 _NOT_TAGS = {"osm_id", "osm_way_id", "z_order", "other_tags", "geometry"}
 _TAIL = 4096
+_LARGEST_UNPACKED = 2**40  # a continent; a bomb is known by its ratio
 
 
 def read_roads(path: str | Path) -> gpd.GeoDataFrame:
@@ -142,7 +144,7 @@ def _require_whole(path: Path, kind: str) -> None:
         return
     try:
         tail = _gzip_tail(path) if kind.startswith("gz") else _plain_tail(path)
-    except (OSError, EOFError) as error:
+    except (OSError, EOFError, zlib.error) as error:
         raise _broken(path, str(error)) from None
     if not tail.rstrip().endswith(b"</osm>"):
         raise _broken(path, "it ends before </osm>")
@@ -156,7 +158,7 @@ def _plain_tail(path: Path) -> bytes:
 
 def _gzip_tail(path: Path) -> bytes:
     tail = b""
-    with gzip.open(path) as file:
+    with open_stream(path, max_bytes=_LARGEST_UNPACKED) as file:
         while chunk := file.read(1 << 20):
             tail = (tail + chunk)[-_TAIL:]
     return tail

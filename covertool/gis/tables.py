@@ -52,9 +52,13 @@ def to_points(table: pd.DataFrame, where: str, crs: CRS | None) -> gpd.GeoDataFr
     import geopandas as gpd
 
     table.columns = [str(column).strip() for column in table.columns]
+    twice = table.columns[table.columns.duplicated()]
+    if twice.size:
+        raise ColumnError(f"the column {twice[0]} stands twice", where, "give it another name")
     x_name, y_name, found = _coordinate_columns(list(table.columns), where, crs)
     x, y = _numbers(table[x_name]), _numbers(table[y_name])
-    rest = table.drop(columns=[x_name, y_name]).rename(columns=_known_spelling)
+    rest = table.drop(columns=[x_name, y_name])
+    rest = rest.rename(columns=_known_spellings(list(rest.columns)))
     return gpd.GeoDataFrame(rest, geometry=shapely.points(x, y), crs=found)
 
 
@@ -77,8 +81,10 @@ def _numbers(column: pd.Series) -> Floats:
     return np.array([number(cell) for cell in column], dtype=float)
 
 
-def _known_spelling(column: str) -> str:
-    return column.lower() if column.lower() in OPTIONAL else column
+def _known_spellings(columns: list[str]) -> dict[str, str]:
+    """Return which columns are meant by the optional names, where none is spelled like that."""
+    lower = {column.lower(): column for column in reversed(columns)}
+    return {lower[name]: name for name in OPTIONAL if name in lower and name not in columns}
 
 
 def _coordinate_columns(columns: list[str], where: str, crs: CRS | None) -> tuple[str, str, CRS]:
@@ -148,7 +154,12 @@ def _read_text_table(path: Path) -> pd.DataFrame:
                 skipinitialspace=True,
                 index_col=False,
             )
-    except (pd.errors.ParserError, pd.errors.ParserWarning, pd.errors.EmptyDataError) as error:
+    except (
+        pd.errors.ParserError,
+        pd.errors.ParserWarning,
+        pd.errors.EmptyDataError,
+        UnicodeError,
+    ) as error:
         raise FileError(
             f"the table cannot be read: {error}",
             str(path),

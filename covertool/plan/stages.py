@@ -155,7 +155,7 @@ def _toml(path: Path) -> dict[str, Any]:
         raise FileError("this is too large for a plan", str(path), "name a TOML file")
     try:
         return tomllib.loads(content.decode("utf-8-sig"))
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:  # of which the faults of TOML and UTF-8 are
         raise FileError(
             f"the plan is not TOML: {error}", str(path), "compare it with covertool run --example"
         ) from None

@@ -115,6 +115,9 @@ def _from_xml(stream: BinaryIO, where: str) -> pd.DataFrame:
 def _rows(frame: pd.DataFrame, where: str) -> FcdRows:
     """Return the rows of cars with a position, by SUMO's names with or without their element."""
     frame = frame.rename(columns={name: _plain(str(name)) for name in frame.columns})
+    twice = frame.columns[frame.columns.duplicated()]
+    if twice.size:
+        raise ColumnError(f"the column {twice[0]} stands twice", where, "leave one of them out")
     missing = [name for name in _COLUMNS if name not in frame.columns]
     if missing:
         raise ColumnError(
@@ -176,7 +179,10 @@ def _seconds(values: Objects, where: str) -> Floats:
     try:
         if any(isinstance(value, str) and ":" in value for value in values[:1]):
             return np.array([clock_s(str(value)) for value in values])
-        return values.astype(float)
+        times: Floats = values.astype(float)
+        if not np.isfinite(times).all():
+            raise ValueError("inf")
+        return times
     except (ValueError, TypeError):
         raise ColumnError(
             "the column time holds what is no time", where, "record it again with SUMO"

@@ -159,7 +159,9 @@ def _raw_edge(element: Element, where: str) -> _RawEdge:
     try:
         shapes = [_shape(lane["shape"]) for lane in lanes.values()]
         for index, lane in lanes.items():
-            int(index), float(lane["length"]), float(lane["speed"])
+            int(index)
+            if not (0 < float(lane["length"]) < math.inf and 0 <= float(lane["speed"]) < math.inf):
+                raise ValueError(index)
     except (KeyError, ValueError):
         raise FileError(
             f"a lane of edge {name!r} has no usable shape, length or speed",

@@ -16,6 +16,7 @@ CAR_LENGTH_M = 5.0
 """Length of a passenger car where SUMO's vehicle types name none."""
 _AHEAD_M = 1.0
 _STEP_TOLERANCE_S = 1e-6
+_FARTHEST_M = 1e9  # no projected system of the Earth has coordinates beyond
 
 
 def read_fcd(
@@ -109,7 +110,7 @@ def _unit(dx: Floats, dy: Floats) -> tuple[Floats, Floats]:
 
 
 def _require_places(x: Floats, y: Floats, where: str) -> None:
-    if not (np.isfinite(x).all() and np.isfinite(y).all()):
+    if not ((np.abs(x) < _FARTHEST_M) & (np.abs(y) < _FARTHEST_M)).all():
         raise GeometryError(
             "some positions do not lie within the coordinate system",
             where,

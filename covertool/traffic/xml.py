@@ -12,6 +12,8 @@ from covertool.errors import FileError
 
 Element = Any
 """An lxml element; lxml ships no types."""
+LARGEST_RECORD = 200_000
+"""Greatest number of elements inside one that is kept; SUMO's own hold hundreds."""
 
 
 def elements(stream: BinaryIO, names: Collection[str], where: str) -> Iterator[Element]:
@@ -22,16 +24,19 @@ def elements(stream: BinaryIO, names: Collection[str], where: str) -> Iterator[E
     Raises
     ------
     FileError
-        For a DOCTYPE (entities are never expanded, no network is touched), and for what is no
-        XML or ends early.
+        For a DOCTYPE (entities are never expanded, no network is touched), for one element that
+        never ends, and for what is no XML or ends early.
     """
-    inside = 0
+    inside = held = 0
     try:
         for event, element in _parser(stream):
             if event == "start":
                 if element.getparent() is None:
                     _refuse_doctype(element, where)
                 inside += element.tag in names
+                held = held + 1 if inside else 0
+                if held > LARGEST_RECORD:
+                    raise _endless(where)
                 continue
             if element.tag in names:
                 inside -= 1
@@ -68,6 +73,14 @@ def _refuse_doctype(root: Element, where: str) -> None:
             where,
             "write the file again with SUMO; its files have no DOCTYPE",
         )
+
+
+def _endless(where: str) -> FileError:
+    return FileError(
+        f"one record of the XML holds more than {LARGEST_RECORD:,} elements",
+        where,
+        "this is no file that SUMO writes; write it again",
+    )
 
 
 def _forget(element: Element) -> None:

@@ -1,0 +1,1 @@
+"""Fuzzing: what covertool reads, driven by atheris; the corpora are replayed by the tests."""
