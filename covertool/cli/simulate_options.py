@@ -188,20 +188,20 @@ PlotDensity = Annotated[
     ),
 ]
 
-READINGS = """
-    Readings of the paper's open points, as --reading NAME=VALUE (the first is the default):
-      velocity=previous|current          velocity that carries an estimate on: v(t-1) or v(t)
-      sharing=gps|prediction|truth       what a moving neighbour says: its fix, its prediction
-      choice=nearest|measured|gdop|all   which three of the neighbours, by priority first
-      pseudo_anchor=3|1|2|covariance     anchors used at t-1 that make a pseudo-anchor
-      gps_reset_s=10 (campus 1)|none     an isolated car takes its GPS fix every so many seconds;
-                                         none: when its own variance exceeds that of GPS
-      gps_noise=axis|radial              6 m on each axis, or over both
-      sigma_velocity=0.5                 noise of the measured velocity, m/s
-      halted=true|false, halted_after_s=5, halted_below=0.1    cars that stand in traffic
-      sequential=false|true              cars update one after another
-      literal_r, literal_cost=false|true R and the cost as printed
-      smoothing=false|true               second_order looks back over the whole trace
-      range_growth=0                     deviation of a range per metre (RSSI 4 dB: 0.46)
-      nlos_share=0, nlos_mean_m=0        ranges without line of sight
-      divergence_m=10000                 an error beyond which a car counts as diverged"""
+READINGS = """\b
+Readings of the paper's open points, as --reading NAME=VALUE (the first is the default):
+  velocity=previous|current          velocity that carries an estimate on: v(t-1) or v(t)
+  sharing=gps|prediction|truth       what a moving neighbour says: its fix, its prediction
+  choice=nearest|measured|gdop|all   which three of the neighbours, by priority first
+  pseudo_anchor=3|1|2|covariance     anchors used at t-1 that make a pseudo-anchor
+  gps_reset_s=10 (campus 1)|none     an isolated car takes its GPS fix every so many seconds;
+                                     none: when its own variance exceeds that of GPS
+  gps_noise=axis|radial              6 m on each axis, or over both
+  sigma_velocity=0.5                 noise of the measured velocity, m/s
+  halted=true|false, halted_after_s=5, halted_below=0.1    cars that stand in traffic
+  sequential=false|true              cars update one after another
+  literal_r, literal_cost=false|true R and the cost as printed
+  smoothing=false|true               second_order looks back over the whole trace
+  range_growth=0                     deviation of a range per metre (RSSI 4 dB: 0.46)
+  nlos_share=0, nlos_mean_m=0        ranges without line of sight
+  divergence_m=10000                 an error beyond which a car counts as diverged"""
