@@ -36,7 +36,7 @@ def print_simulation(case: Case, found: Simulation, seconds: Mapping[str, float]
         print_table(
             tables.CAR_COLUMNS,
             tables.car_rows(report, found.vehicles),
-            f"\nThe {len(found.vehicles)} reported cars, the longest routes first",
+            "\nThe reported cars (by default those with the longest routes)",
         )
         print_table(
             tables.DENSITY_COLUMNS,
