@@ -12,7 +12,13 @@ if TYPE_CHECKING:
 
 anchors_app = Verbs(
     name="anchors",
-    help="Make anchors: parked cars, queued cars.",
+    help="""Make anchors: parked cars, queued cars.
+
+    \b
+    Examples:
+      covertool anchors parked --osm town.osm.pbf --into town.gpkg
+      covertool anchors queue --coverage 15
+    """,
     no_args_is_help=True,
     rich_markup_mode=None,
 )

@@ -15,7 +15,13 @@ from covertool.cli.whence import whence
 
 congestion_app = Verbs(
     name="congestion",
-    help="How much street length stands or crawls at rush hour.",
+    help="""How much street length stands or crawls at rush hour.
+
+    \b
+    Examples:
+      covertool congestion table
+      covertool congestion import --format datex2 feed.xml -o observations.parquet
+    """,
     no_args_is_help=True,
     rich_markup_mode=None,
 )

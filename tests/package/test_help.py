@@ -1,0 +1,83 @@
+"""What a stranger types first: help of every verb, with examples, and shell completion."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+import typer
+
+from covertool.cli.main import VERBS, app
+
+
+def commands(command, words=("covertool",)):
+    yield words, command
+    for name, below in getattr(command, "commands", {}).items():
+        yield from commands(below, (*words, name))
+
+
+TREE = dict(commands(typer.main.get_command(app)))
+NAMES = [" ".join(words) for words in TREE]
+
+
+@pytest.mark.parametrize("words", TREE, ids=NAMES)
+def test_the_help_begins_with_a_sentence_and_examples_of_that_very_verb(words):
+    context = TREE[words].make_context(" ".join(words), [], resilient_parsing=True)
+    first, examples, *_ = TREE[words].get_help(context).split("\n\n", 1)[1].split("\n\n")
+    assert len(first.split()) > 3
+    heading, *lines = examples.splitlines()
+    assert heading.strip() == "Examples:"
+    assert lines
+    assert lines[0].strip().startswith(" ".join(words))
+
+
+@pytest.mark.parametrize("words", TREE, ids=NAMES)
+def test_every_option_says_what_it_does(words):
+    silent = [p.name for p in TREE[words].params if not getattr(p, "help", None)]
+    assert not silent
+
+
+@pytest.mark.parametrize("words", TREE, ids=NAMES)
+def test_the_examples_use_only_options_that_there_are(words):
+    for line in (TREE[words].help or "").splitlines():
+        if not line.strip().startswith("covertool "):
+            continue
+        called = line.split("#")[0].split("|")[0].split()
+        deepest = max(
+            (known for known in TREE if list(known) == called[: len(known)]), key=len, default=None
+        )
+        assert deepest is not None, line
+        known = {
+            name for param in TREE[deepest].params for name in [*param.opts, *param.secondary_opts]
+        }
+        flags = {word.split("=")[0] for word in called if word.startswith("-") and len(word) > 1}
+        assert flags <= known | {"--help", "-h"}, line
+
+
+def test_every_verb_module_registers_a_verb():
+    assert len(VERBS) <= sum(not hasattr(command, "commands") for command in TREE.values())
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_completion_of_each_shell_is_shown(shell):
+    done = subprocess.run(
+        [sys.executable, "-m", "covertool", "--show-completion", shell],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert "_COVERTOOL_COMPLETE" in done.stdout
+
+
+def test_a_group_completes_its_verbs():
+    asked = {
+        "_COVERTOOL_COMPLETE": "complete_bash",
+        "COMP_WORDS": "covertool congestion s",
+        "COMP_CWORD": "2",
+    }
+    code = "from covertool.cli.main import main; main([])"
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=os.environ | asked, capture_output=True, text=True,
+        check=False,
+    )  # fmt: skip
+    assert done.stdout.split() == ["sensitivity"]
