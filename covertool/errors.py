@@ -1,5 +1,8 @@
 """The errors that a user can mend: each says what is wrong, where, and how to mend it."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 
 class CovertoolError(Exception):
     """A fault that the user can mend, told in three lines.
@@ -58,3 +61,22 @@ class MissingExtraError(CovertoolError):
 
 class ComputationError(CovertoolError):
     """A result that failed its own check and is therefore not given out."""
+
+
+@contextmanager
+def told_of(file: object) -> Iterator[None]:
+    """Name a file in the faults of a block that knows only what was in it.
+
+    >>> with told_of("town.gpkg"):
+    ...     raise ColumnError("there is no column id", "segments", "add one")
+    Traceback (most recent call last):
+    covertool.errors.ColumnError: error: there is no column id
+    where: town.gpkg: segments
+    mend:  add one
+    """
+    try:
+        yield
+    except CovertoolError as fault:
+        if str(file) in fault.where:
+            raise
+        raise type(fault)(fault.what, f"{file}: {fault.where}", fault.mend) from None

@@ -108,14 +108,19 @@ def read_case(
     from covertool.congestion.freeflow import with_free_flow
     from covertool.congestion.occupancy import RUSH_HOURS, OccupancyOptions
     from covertool.congestion.publicholidays import public_holidays
+    from covertool.congestion.streets import id_column
+    from covertool.errors import told_of
     from covertool.gis.guard import layer_spec
     from covertool.gis.read import read_polygons
     from covertool.gis.segments import read_segments
 
     observations, segments, tz = _chosen(observations, segments, tz)
     where = zone(tz)
-    seen = read_observations(observations, tz=tz, fold=fold, profile=profile)
-    network = read_segments(segments)
+    with told_of(observations):
+        seen = read_observations(observations, tz=tz, fold=fold, profile=profile)
+    with told_of(segments):
+        network = read_segments(segments)
+        id_column(network)
     seen = with_free_flow(seen, network, profile_of(profile))
     years = {day.year for day in local_days(seen.time, where)}
     options = OccupancyOptions(

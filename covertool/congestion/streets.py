@@ -133,8 +133,14 @@ def _factor(weight: Weight, lanes: Floats, two_way: Flags) -> Floats:
     return np.ones(lanes.size)
 
 
-def _pieces(frame: gpd.GeoDataFrame) -> gpd.GeoDataFrame:
-    """Return single LineStrings with a segment_id, without gaps and exact duplicates."""
+def id_column(frame: gpd.GeoDataFrame) -> str:
+    """Return the name of the column that holds the ids of segments.
+
+    Raises
+    ------
+    ColumnError
+        When there is none.
+    """
     column = next((name for name in ID_COLUMNS if name in frame.columns), None)
     if column is None:
         raise ColumnError(
@@ -142,6 +148,12 @@ def _pieces(frame: gpd.GeoDataFrame) -> gpd.GeoDataFrame:
             "segments",
             "add a column segment_id that the observations refer to",
         )
+    return column
+
+
+def _pieces(frame: gpd.GeoDataFrame) -> gpd.GeoDataFrame:
+    """Return single LineStrings with a segment_id, without gaps and exact duplicates."""
+    column = id_column(frame)
     usable = ~(frame.geometry.isna() | frame.geometry.is_empty) & frame[column].notna()
     if not usable.all():
         log.warning("%d segments without geometry or id are left out", int((~usable).sum()))

@@ -81,15 +81,30 @@ def _require_free_name(name: str, path: Path) -> None:
 
 
 def read_metadata(path: Path) -> dict[str, str]:
-    """Return the metadata table of a GeoPackage; empty when it has none."""
-    with closing(_connect_read_only(path)) as connection:
-        there = connection.execute("SELECT 1 FROM sqlite_master WHERE name = 'metadata'").fetchone()
-        rows = connection.execute("SELECT key, value FROM metadata").fetchall() if there else []
-    return dict(rows)
+    """Return the metadata table of a GeoPackage; empty when it has none of covertool's.
+
+    Raises
+    ------
+    FileError
+        When the file is damaged.
+    """
+    try:
+        with closing(_connect_read_only(path)) as connection:
+            columns = connection.execute("SELECT name FROM pragma_table_info('metadata')")
+            if not {("key",), ("value",)} <= set(columns.fetchall()):
+                return {}
+            rows = connection.execute("SELECT key, value FROM metadata").fetchall()
+    except sqlite3.Error as error:
+        raise FileError(
+            f"the file cannot be read: {error}", str(path), "copy it again, or make it anew"
+        ) from None
+    return {str(key): str(value) for key, value in rows}
 
 
 def _connect_read_only(path: Path) -> sqlite3.Connection:
-    return sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True)
+    connection = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True)
+    connection.execute("PRAGMA trusted_schema = OFF")
+    return connection
 
 
 @contextmanager

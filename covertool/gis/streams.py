@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import io
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -76,7 +77,7 @@ class _Capped(io.RawIOBase):
     def readinto(self, buffer: bytearray | memoryview) -> int:  # type: ignore[override]
         try:
             chunk = self._inner.read(len(buffer))
-        except gzip.BadGzipFile as fault:
+        except (gzip.BadGzipFile, zlib.error) as fault:
             raise FileError(
                 f"the gzip file is damaged: {fault}", str(self._path), "fetch it again"
             ) from None

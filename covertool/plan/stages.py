@@ -278,14 +278,21 @@ def _words(value: Any, folder: Path, where: str) -> list[str]:
     words: list[str] = []
     for one in value if isinstance(value, list) else [value]:
         text = _text(one, where)
-        if glob.has_magic(text) and not (folder / text).exists():
-            found = sorted(glob.glob(text, root_dir=folder))
+        if glob.has_magic(text) and not _there(folder / text):
+            found = sorted(glob.glob(text, root_dir=folder)) if "\x00" not in text else []
             if not found:
                 raise OptionError(f"no file fits {text!r}", where, "check the pattern")
             words += found
         else:
             words.append(text)
     return words
+
+
+def _there(path: Path) -> bool:
+    try:
+        return path.exists()
+    except OSError:  # a name that is too long for this disk
+        return False
 
 
 def _text(value: Any, where: str) -> str:

@@ -31,7 +31,8 @@ def net_text(projection: str = "!") -> str:
     shape = f"{EAST_M - 100},{NORTH_M} {EAST_M + 100},{NORTH_M}"
     return (
         f'<net><location netOffset="0,0" projParameter="{projection}"/>'
-        f'<edge id="e" from="a" to="b"><lane id="e_0" index="0" speed="9" length="200" shape="{shape}"/></edge></net>'
+        '<edge id="e" from="a" to="b"><lane id="e_0" index="0" speed="9" length="200" '
+        f'shape="{shape}"/></edge></net>'
     )
 
 
@@ -52,12 +53,14 @@ def trace(town: Town) -> Path:
 def simulate(town: Town, trace: Path, run: Run) -> Simulate:
     """Run ``simulate`` on the clean trace, unless told otherwise."""
 
-    def run_simulate(*more: object, fcd: Path | None = trace) -> Outcome:
+    def run_simulate(
+        *more: object, fcd: Path | str | None = trace, anchors: Path | None = None
+    ) -> Outcome:
         traffic = ["--fcd", fcd] if fcd else []
         crs = [] if "--net" in more or "--osm" in more else ["--crs", CRS]
         return run(
-            "simulate", *traffic, *crs, "--anchors", town.anchors_file(), "--estimator", "ekf",
-            "--arm", "gps", "--runs", 1, "--no-bound", "--json", *more,
+            "simulate", *traffic, *crs, "--anchors", anchors or town.anchors_file(),
+            "--estimator", "ekf", "--arm", "gps", "--runs", 1, "--no-bound", "--json", *more,
         )  # fmt: skip
 
     return run_simulate
@@ -156,7 +159,7 @@ def test_a_trace_of_nonsense_is_refused(text: str, simulate: Simulate, town: Tow
     "path", ["http://example.com/a.xml", "/vsicurl/http://h/a.csv", "s3://b/c.csv"]
 )
 def test_remote_traffic_is_refused(path: str, simulate: Simulate) -> None:
-    assert_refused(simulate(fcd=Path(path) if path.startswith("/") else path))  # type: ignore[arg-type]
+    assert_refused(simulate(fcd=path))
     assert_refused(simulate("--net", path))
 
 
@@ -255,5 +258,5 @@ def test_one_endless_record_does_not_fill_the_memory(simulate: Simulate, town: T
 def test_anchors_that_no_car_can_hear_are_told(simulate: Simulate, town: Town) -> None:
     frame = town.anchors.set_geometry(town.anchors.geometry.translate(50_000.0), crs=CRS)
     far = town.write("far.gpkg", frame)
-    outcome = simulate("--anchors", far, "--arm", "proposed")
+    outcome = simulate("--arm", "proposed", anchors=far)
     assert_refused(outcome)

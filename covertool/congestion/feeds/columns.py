@@ -46,6 +46,9 @@ def observations_of(frame: pd.DataFrame, options: FeedOptions) -> Observations:
         When a column is missing, a time is naive or wrong, or a status is not on the scale.
     """
     frame = frame.rename(columns=lambda name: str(name).strip().lower())
+    twice = frame.columns[frame.columns.duplicated()]
+    if twice.size:
+        raise ColumnError(f"the column {twice[0]} stands twice", options.where, "leave one out")
     ids = _required(frame, "segment_id", options)
     if ids.isna().any():
         raise ColumnError(
