@@ -12,8 +12,8 @@ import typer
 from covertool.cli import options
 from covertool.cli import simulate_options as own
 from covertool.cli.app import app
-from covertool.cli.console import print_json, print_table, progress, say
-from covertool.cli.whence import whence
+from covertool.cli.console import print_json, progress
+from covertool.cli.reproduce_output import json_content, print_comparisons, write_comparisons
 
 if TYPE_CHECKING:
     from covertool.model import OccupancyTable
@@ -35,11 +35,6 @@ Resume = Annotated[
     Path | None,
     typer.Option("--resume", metavar="FOLDER", help="Keep finished layouts here; take them up."),
 ]
-
-COLUMNS = (
-    "", "quantity", "paper", "ours", "difference", "95 % of layouts", "paper's sign", "inside",
-    "best",
-)  # fmt: skip
 
 
 @app.command()
@@ -92,12 +87,12 @@ def reproduce(
     found = _run(scenarios, layouts, preset, runs, workers, scheduler, resume)
     comparisons = _compare(numbers, found, preset)
     if output is not None:
-        _write(output, comparisons, numbers, layouts, overwrite)
+        write_comparisons(output, comparisons, numbers, layouts, overwrite)
     if as_json:
-        content = _content(comparisons, numbers, found, layouts, runs)
+        content = json_content(comparisons, numbers, found, layouts, runs)
         print_json("reproduce", {**content, "seconds": time.perf_counter() - begun})
     else:
-        _print(comparisons, numbers, found)
+        print_comparisons(comparisons, numbers, found)
 
 
 def _run(
@@ -186,123 +181,3 @@ def _sample_coverage() -> Any:
     if study.anchors is None or study.transit is None:
         raise FileError("the sample study is not whole", str(path), "install covertool again")
     return coverage_levels(study.anchors, study.transit, list(TABLE_4_PERCENT))
-
-
-def _print(
-    comparisons: Sequence[Comparison],
-    numbers: Sequence[int],
-    found: dict[str, list[LayoutResult]],
-) -> None:
-    from covertool.paper.comparison import summary
-    from covertool.paper.reproduce import DIFFERENCES, OPEN_POINTS, ROMAN
-
-    for number in numbers:
-        rows = [row for each in comparisons if each.table == number for row in [_row(each)]]
-        print_table(COLUMNS, rows, f"\nTable {ROMAN[number]}")
-        for line in DIFFERENCES[number]:
-            typer.echo(f"  {line}")
-    for name, results in found.items():
-        typer.echo(f"\n{_beside(name, results)}")
-    typer.echo()
-    for line in (*summary(comparisons), *(OPEN_POINTS if found else ())):
-        typer.echo(line)
-
-
-def _row(each: Comparison) -> list[str]:
-    from covertool.report.positioning_tables import number
-
-    interval = f"{each.interval[0]:.2f} to {each.interval[1]:.2f}" if each.interval else "-"
-    sign = "-" if each.same_sign is None else f"{100 * each.same_sign:.0f} %"
-    inside = "-" if each.inside is None else "yes" if each.inside else "no"
-    note = f" ({each.note})" if each.note else ""
-    return [
-        each.row, each.quantity + note, number(each.paper), number(each.ours),
-        "-" if each.difference is None else f"{each.difference:+.2f}", interval, sign, inside,
-        number(each.best),
-    ]  # fmt: skip
-
-
-def _beside(name: str, results: Sequence[LayoutResult]) -> str:
-    """Return what the paper lacks: cars without any range, on the same traffic."""
-    from statistics import fmean
-
-    from covertool.report.positioning_tables import number
-
-    def mean(values: list[float | None]) -> str:
-        known = [value for value in values if value is not None]
-        return number(fmean(known) if known else None)
-
-    return (
-        f"{name}: {len(results)} layouts, {results[0].vehicles} cars, "
-        f"{mean([float(each.anchors) for each in results])} anchors on average; without any range "
-        f"GPS alone has {mean([each.gps_m for each in results])} m of mean error, GPS and odometry "
-        f"{mean([each.gps_odometry_m for each in results])} m (rows that the paper lacks)."
-    )
-
-
-def _content(
-    comparisons: Sequence[Comparison],
-    numbers: Sequence[int],
-    found: dict[str, list[LayoutResult]],
-    layouts: int,
-    runs: int,
-) -> dict[str, Any]:
-    from covertool.gis.sample import SAMPLE_STUDY, sample_folder
-    from covertool.paper.comparison import summary
-    from covertool.paper.reproduce import DIFFERENCES, OPEN_POINTS
-
-    return {
-        "tables": list(numbers),
-        "layouts": layouts,
-        "runs": runs,
-        "comparisons": [{**each.to_row(), "each": each.each} for each in comparisons],
-        "without_ranges": {
-            name: [
-                {"gps_m": each.gps_m, "gps_odometry_m": each.gps_odometry_m,
-                 "anchors": each.anchors, "vehicles": each.vehicles}
-                for each in results
-            ]
-            for name, results in found.items()
-        },
-        "differences": {str(number): DIFFERENCES[number] for number in numbers},
-        "open_points": OPEN_POINTS,
-        "summary": summary(comparisons),
-        "provenance": whence([sample_folder() / SAMPLE_STUDY]).to_json(),
-    }  # fmt: skip
-
-
-def _write(
-    path: Path,
-    comparisons: Sequence[Comparison],
-    numbers: Sequence[int],
-    layouts: int,
-    overwrite: bool,
-) -> None:
-    if path.suffix.lower() == ".csv":
-        import pandas as pd
-
-        from covertool.gis.records import write_records
-
-        frame = pd.DataFrame([each.to_row() for each in comparisons])
-        write_records(path, [frame], overwrite=overwrite)
-    else:
-        from covertool.gis.textfile import MARKDOWN, write_text
-
-        text = _markdown(comparisons, numbers, layouts)
-        write_text(path, text, MARKDOWN, overwrite=overwrite)
-    say(f"wrote {len(comparisons)} figures to {path}")
-
-
-def _markdown(comparisons: Sequence[Comparison], numbers: Sequence[int], layouts: int) -> str:
-    from covertool.paper.comparison import summary
-    from covertool.paper.reproduce import DIFFERENCES, OPEN_POINTS, ROMAN
-
-    lines = ["# The paper's tables beside ours", "", f"Layouts: seeds 1 to {layouts}.", ""]
-    lines += [f"- {line}" for line in (*summary(comparisons), *OPEN_POINTS)]
-    for number in numbers:
-        lines += ["", f"## Table {ROMAN[number]}", "", *DIFFERENCES[number], ""]
-        lines += ["| " + " | ".join(COLUMNS) + " |", "| --- | --- |" + " ---: |" * 7]
-        lines += [
-            "| " + " | ".join(_row(each)) + " |" for each in comparisons if each.table == number
-        ]
-    return "\n".join(lines) + "\n"

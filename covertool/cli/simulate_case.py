@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,16 +11,14 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from covertool.cli.console import progress, say
+from covertool.cli.simulate_anchors import along, along_m, read_parked
 
 if TYPE_CHECKING:
-    from pyproj import CRS
-
     from covertool.model import Anchors
     from covertool.traffic.demand import Demand
     from covertool.traffic.mobility import Mobility
     from covertool.traffic.network import Network
 
-ALONG_M = 15.0
 SCENARIOS = ("campus", "town")
 
 
@@ -92,6 +90,8 @@ def check(asked: Asked) -> None:
     for given, name in ((asked.scenario, "--scenario"), (asked.routes, "--routes")):
         if given and asked.fcd:
             raise typer.BadParameter("a recorded trace has its own cars", param_hint=name)
+    if asked.routes and asked.along_m is not None:
+        raise typer.BadParameter("your own routes have no circuit", param_hint="--along")
     if asked.scenario and asked.routes:
         raise typer.BadParameter("use --scenario or --routes", param_hint="--routes")
 
@@ -137,7 +137,7 @@ def _shipped(asked: Asked) -> Case:
         f"SUMO is not installed: using the trace shipped with the sample study ({path.name}); "
         "pip install 'covertool[simulate]' drives it anew"
     )
-    given = replace(asked, fcd=path, crs="EPSG:2157", along_m=_along_m(asked))
+    given = replace(asked, fcd=path, crs="EPSG:2157", along_m=along_m(asked))
     return replace(_recorded(given), kind="town", synthetic=True)
 
 
@@ -150,7 +150,7 @@ def _recorded(asked: Asked) -> Case:
     network = read_network(asked.net, net_crs=asked.net_crs) if asked.net else None
     crs = None if network else asked.crs or asked.net_crs
     mobility = recorded(asked.fcd, network=network, crs=crs, horizon_s=asked.horizon_s)
-    anchors, files = _anchors(asked, mobility.crs)
+    anchors, files = read_parked(asked, mobility.crs)
     if asked.along_m is not None:
         anchors = anchors_on_way(anchors, mobility.trace, asked.along_m)
     read = [asked.fcd, *([asked.net] if asked.net else []), *files]
@@ -162,9 +162,9 @@ def _driven(asked: Asked, *, synthetic: bool = False) -> Case:
 
     with tempfile.TemporaryDirectory(prefix="covertool-") as folder:
         network, source = _network(asked, Path(folder))
-        anchors, files = _anchors(asked, network.crs)
+        anchors, files = read_parked(asked, network.crs)
         demands = [_demand(asked, network, seed) for seed in asked.traffic_seeds]
-        anchors = _along(asked, anchors, network, demands)
+        anchors = along(asked, anchors, network, demands)
         mobilities = []
         for seed, demand in zip(asked.traffic_seeds, demands, strict=True):
             with progress("SUMO drives", round(demand.horizon_s)) as advance:
@@ -181,27 +181,6 @@ def _driven(asked: Asked, *, synthetic: bool = False) -> Case:
                 )
     read = (source, *asked.routes, *files)
     return Case(tuple(mobilities), anchors, asked.kind, str(source), synthetic, read, asked.study)
-
-
-def _along(asked: Asked, anchors: Anchors, network: Network, demands: Sequence[Demand]) -> Anchors:
-    """Return the anchors along the street circuit, or those in the net for a user's routes."""
-    from covertool.errors import GeometryError
-    from covertool.traffic.vicinity import anchors_along, require_inside
-
-    try:
-        edges = dict.fromkeys(edge for demand in demands for edge in demand.circuit)
-        if not edges:
-            require_inside(anchors, network)
-            return anchors
-        return anchors_along(anchors, network, edges, distance_m=_along_m(asked))
-    except GeometryError:
-        if asked.allow_unheard and len(anchors):
-            return anchors
-        raise
-
-
-def _along_m(asked: Asked) -> float:
-    return ALONG_M if asked.along_m is None else asked.along_m
 
 
 def _steps(advance: Callable[[float], object]) -> Callable[[float], object]:
@@ -252,53 +231,3 @@ def _demand(asked: Asked, network: Network, seed: int) -> Demand:
         return demand.campus_demand(network, seed=seed, horizon_s=horizon_s)
     horizon_s = asked.horizon_s or demand.TOWN_HORIZON_S
     return demand.town_demand(network, seed=seed, horizon_s=horizon_s)
-
-
-def _anchors(asked: Asked, dst_crs: CRS) -> tuple[Anchors, list[Path]]:
-    """Return the parked cars, and on request the queued ones, in the CRS of the traffic."""
-    from covertool.gis.guard import layer_spec
-    from covertool.gis.read import read_anchors
-    from covertool.model import Anchors
-
-    specs: Sequence[str] = asked.anchors or [f"{asked.study}:anchors"]
-    crs = asked.crs if asked.anchors else None
-    anchors = Anchors.concatenate([read_anchors(spec, crs=crs, dst_crs=dst_crs) for spec in specs])
-    files = list(dict.fromkeys(layer_spec(spec)[0] for spec in specs))
-    queued = anchors.origin == "queue"
-    if not asked.queue_anchors:
-        if queued.any():
-            say(f"left out {int(queued.sum())} queued cars; --queue-anchors takes them")
-        return anchors.take(~queued), files
-    if not queued.any():
-        anchors = Anchors.concatenate([anchors, _queued(asked, dst_crs)])
-    return anchors, files
-
-
-def _queued(asked: Asked, dst_crs: CRS) -> Anchors:
-    """Return the queued cars of the sample study's congestion; another study brings its own."""
-    from covertool import crs as crs_door
-    from covertool.cli import congestion_case
-    from covertool.congestion.moment import states_at
-    from covertool.congestion.queues import QueueOptions, queue_anchors
-    from covertool.congestion.streets import streets
-    from covertool.errors import ColumnError
-    from covertool.gis.sample import SAMPLE_STUDY, sample_folder
-
-    if asked.study != sample_folder() / SAMPLE_STUDY:
-        raise ColumnError(
-            "none of the anchors is of origin queue",
-            ", ".join(asked.anchors) or str(asked.study),
-            "covertool anchors queue OBSERVATIONS --segments FILE --into STUDY.gpkg",
-        )
-    read = congestion_case.read_case(
-        None, None, aoi=None, at=None, tz=None, fold=None,
-        tolerance=congestion_case.TOLERANCE, occupied=congestion_case.OCCUPIED,
-    )  # fmt: skip
-    network = streets(read.segments)
-    status, queue_m, on, name = states_at(
-        read.observations, network, read.options, day=None, window=None
-    )
-    cars, _ = queue_anchors(network, status, queue_m, QueueOptions())
-    say(f"{len(cars)} queued cars on {on}, {name} (synthetic)")
-    x_m, y_m = crs_door.transform(cars.x_m, cars.y_m, cars.crs, dst_crs)
-    return replace(cars, x_m=x_m, y_m=y_m, crs=dst_crs)
