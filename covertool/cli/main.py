@@ -32,6 +32,17 @@ VERBS = (
 )
 """Modules of covertool.cli that register a verb, in the order of `covertool --help`."""
 
+# GDAL and PROJ may fetch what a file names, such as the address of a CRS. This program makes no
+# request, whatever it is given: no name ends so, and nobody listens at that proxy.
+os.environ |= {
+    "CPL_VSIL_CURL_ALLOWED_EXTENSIONS": ".none",
+    "GDAL_HTTP_PROXY": "http://127.0.0.1:9",
+    "GDAL_HTTPS_PROXY": "http://127.0.0.1:9",
+    "NO_PROXY": "",
+    "no_proxy": "",
+    "PROJ_NETWORK": "OFF",
+}
+
 for _verb in VERBS:
     importlib.import_module(f"covertool.cli.{_verb}")
 

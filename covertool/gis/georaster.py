@@ -22,11 +22,16 @@ from rasterio.windows import Window
 
 from covertool import crs as crs_door
 from covertool.errors import FileError
+from covertool.gis.formats import RASTER_FORMATS
 from covertool.model import Floats
 
 # GDAL keeps decoded blocks up to 5 % of the machine's memory in each process; windows that are
 # read once, row by row, need no more than one row of blocks. It asks once, before its first block.
 os.environ.setdefault("GDAL_CACHEMAX", "64")
+
+# Beside an image GDAL opens these by any driver; a VRT so named could read any file or address.
+_COMPANIONS = (".msk", ".ovr", ".MSK", ".OVR")
+_TIFF = tuple(sign for _, sign in RASTER_FORMATS[0].signatures)
 
 
 @dataclass(frozen=True)
@@ -175,10 +180,34 @@ class _Told:
 
 
 def open_dataset(path: Path, driver: str) -> Any:
-    """Return an open rasterio dataset, by one driver only."""
+    """Return an open rasterio dataset, by one driver only, without detours over other files."""
+    for suffix in _COMPANIONS:
+        _require_tiff(Path(f"{path}{suffix}"))
     with _Told(path), warnings.catch_warnings():
         warnings.simplefilter("ignore", NotGeoreferencedWarning)
-        return rasterio.open(path, driver=driver, sharing=False)
+        dataset = rasterio.open(path, driver=driver, sharing=False)
+        if "OVERVIEW_FILE" in dataset.tags(ns="OVERVIEWS"):
+            dataset.close()
+            raise FileError(
+                "the image says that its overviews are another file, which is not opened",
+                str(path),
+                "write it again without them: gdal_translate IN.tif OUT.tif",
+            )
+        return dataset
+
+
+def _require_tiff(companion: Path) -> None:
+    """Refuse a mask or overview beside an image that GDAL would open by any driver it has."""
+    if not companion.is_file():
+        return
+    with companion.open("rb") as file:
+        head = file.read(4)
+    if head not in _TIFF:
+        raise FileError(
+            "the mask or overview beside the image is no TIFF",
+            str(companion),
+            "remove it, or make it anew with gdaladdo",
+        )
 
 
 def apply_affine(affine: Affine, x: Floats, y: Floats) -> tuple[Floats, Floats]:

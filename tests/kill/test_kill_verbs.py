@@ -11,7 +11,7 @@ from pathlib import Path
 import pyogrio
 import pytest
 
-from covertool.gis.sample import SAMPLE_STUDY, sample_folder
+from covertool.gis.sample import SAMPLE_STUDY, SAMPLE_TRACE, sample_folder
 
 MOMENTS = 20
 
@@ -23,6 +23,11 @@ VERBS = {
     "extract": [
         "extract", str(SAMPLE / "orthophoto.tif"), "--mask", str(SAMPLE / "road_mask.tif"),
         "--overwrite", "--detector", "classical",
+    ],
+    "simulate": [
+        "simulate", "--fcd", str(SAMPLE / SAMPLE_TRACE), "--crs", "EPSG:2157",
+        "--anchors", f"{STUDY}:anchors", "--estimator", "ekf", "--arm", "gps", "--runs", "1",
+        "--no-bound", "--horizon", "10", "--overwrite",
     ],
 }  # fmt: skip
 
