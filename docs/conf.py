@@ -50,7 +50,7 @@ def commands(group: Any, words: str) -> Iterator[tuple[str, Any]]:
 def write_command_reference() -> None:
     """Write one page with the help of every command, as the command itself prints it."""
     import typer
-    import typer.core
+
     from covertool.cli.main import app
 
     tree = typer.main.get_command(app)
