@@ -141,8 +141,8 @@ class PositioningResult:
 class PositioningImprovement:
     """What parked cars take off the mean error: 100 (1 - proposed / traditional), in percent.
 
-    ``ci95`` is its 95 % bootstrap interval, nested over layouts, traffic seeds and runs; both are
-    None when a car of either arm diverged.
+    ``ci95`` is its 95 % bootstrap interval, nested over layouts, traffic seeds and runs, and None
+    when there is but one run. Both are None when a car of either arm diverged.
     """
 
     estimator: str

@@ -193,7 +193,7 @@ def quantile_m(bins: Indices, share: float) -> float:
 
 def improvement(
     traditional: Sequence[Sequence[Sums]], proposed: Sequence[Sequence[Sums]], seed: int = 0
-) -> tuple[float, tuple[float, float]] | None:
+) -> tuple[float, tuple[float, float] | None] | None:
     """Return what parked cars take off the mean error in percent, and its 95 % interval.
 
     ``100 (1 - mean proposed / mean traditional)``, the average improvement of the paper. The
@@ -207,7 +207,8 @@ def improvement(
 
     Returns
     -------
-    None when a car diverged or nothing was seen.
+    None when a car diverged or nothing was seen; no interval when there is but one run, from which
+    nothing can be drawn.
     """
     arms = (traditional, proposed)
     if any(sums.diverged.any() for arm in arms for layout in arm for sums in layout):
@@ -219,12 +220,15 @@ def improvement(
     total = np.sum([[a.sum(), b.sum()] for layout in tables for a, b in layout], axis=0)
     if total[0] <= 0:
         return None
+    percent_all = 100 * (1 - float(total[1] / total[0]))
+    if sum(a.size for layout in tables for a, _ in layout) < 2:
+        return percent_all, None
     rng = np.random.Generator(np.random.Philox(seed))
     drawn = np.array([_resample(tables, rng) for _ in range(BOOTSTRAPS)])
     with np.errstate(invalid="ignore", divide="ignore"):
         percent = 100 * (1 - drawn[:, 1] / drawn[:, 0])
     low, high = np.nanpercentile(percent, [2.5, 97.5])
-    return 100 * (1 - float(total[1] / total[0])), (float(low), float(high))
+    return percent_all, (float(low), float(high))
 
 
 def _resample(tables: list[list[tuple[Floats, Floats]]], rng: np.random.Generator) -> Floats:
