@@ -138,9 +138,7 @@ Vehicles = Annotated[
         "--vehicle", metavar="ID", help="Report this car (repeatable; the five longest routes)."
     ),
 ]
-NoBound = Annotated[
-    bool, typer.Option("--no-bound", help="Leave out the bound (PCRB), which takes longest.")
-]
+NoBound = Annotated[bool, typer.Option("--no-bound", help="Leave out the bound (PCRB).")]
 Workers = Annotated[
     int, typer.Option("--workers", metavar="N", min=1, help="Compute on N processes.")
 ]
