@@ -336,6 +336,10 @@ def test_improvement_is_one_minus_the_ratio_of_means_and_its_interval_is_nested(
     assert improvement(one_layout, [[_sums([1.0, 3.0]), _sums([2.0, 2.0])]])[0] == 50.0
 
 
+def test_one_run_has_no_interval():
+    assert improvement([[_sums([4.0])]], [[_sums([3.0])]]) == (25.0, None)
+
+
 def test_layouts_and_traffic_seeds_are_pooled():
     towns = [
         dataclasses.replace(small_town(seed=seed), layout=seed // 2, traffic_seed=seed % 2)
