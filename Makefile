@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
 
-.PHONY: run test lint docs bench bench-quick sample-study clean
+.PHONY: run test lint docs bench bench-quick fuzz audit licences sample-study clean
 .DEFAULT_GOAL := run
 
 $(VENV)/installed: pyproject.toml constraints.txt
@@ -38,6 +38,23 @@ bench: $(VENV)/installed
 
 bench-quick: $(VENV)/installed
 	for room in coverage raster scale positioning; do $(BIN)/python -m benchmarks.$$room --quick || exit 1; done
+
+# Look for bytes that break a reader: FUZZ_S seconds a target, all of them in ten minutes. What is
+# found lies in out/fuzz. The long run is FUZZ_S=600.
+FUZZ_S ?= 30
+FUZZ_TARGETS ?= $(notdir $(wildcard fuzz/corpus/*))
+fuzz: $(VENV)/installed
+	$(BIN)/python -m pip install --quiet atheris==3.0.0
+	for target in $(FUZZ_TARGETS); do $(BIN)/python -m fuzz $$target $(FUZZ_S) || exit 1; done
+
+# Known faults of the pinned dependencies; asks a service on the network.
+audit: $(VENV)/installed
+	$(BIN)/python -m pip install --quiet pip-audit
+	$(BIN)/pip-audit --requirement constraints.txt --no-deps --disable-pip --strict
+
+# Every dependency with its version and licence, as a table.
+licences: $(VENV)/installed
+	@$(BIN)/python -m tools.licences
 
 # Make the synthetic sample study anew; same seed, same bytes.
 sample-study: $(VENV)/installed

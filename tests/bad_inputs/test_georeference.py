@@ -206,6 +206,49 @@ def test_masks_of_any_values_mean_the_same(
     assert area == pytest.approx(40 * 200 * 0.04, rel=5e-3)
 
 
+def test_a_mask_in_colour_means_what_the_grey_one_means(town: Town, run: Run) -> None:
+    path = town.folder / "mask.tif"
+    lane = np.zeros((3, 200, 200), dtype=np.uint8)
+    lane[:, 80:120] = 255
+    with rasterio.open(
+        path, "w", driver="GTiff", width=200, height=200, count=3, dtype="uint8", crs=CRS,
+        transform=NORTH_UP, photometric="RGB",
+    ) as target:  # fmt: skip
+        target.write(lane)
+    outcome = run("transit", path, "-o", town.folder / "t.gpkg")
+    assert outcome.code == 0, outcome.err
+    area = gpd.read_file(town.folder / "t.gpkg", layer="transit").area.sum()
+    assert area == pytest.approx(40 * 200 * 0.04, rel=5e-3)
+
+
+def test_places_without_data_in_a_mask_are_no_road(town: Town, run: Run) -> None:
+    path = road(town.folder / "mask.tif", NORTH_UP, nodata=7)
+    with rasterio.open(path, "r+") as target:
+        values = target.read(1)
+        values[:, :50] = 7
+        target.write(values, 1)
+    outcome = run("transit", path, "-o", town.folder / "t.gpkg")
+    assert outcome.code == 0, outcome.err
+    area = gpd.read_file(town.folder / "t.gpkg", layer="transit").area.sum()
+    assert area == pytest.approx(40 * 150 * 0.04, rel=5e-3)
+
+
+def test_a_mask_in_another_crs_lies_where_it_says(town: Town, run: Run) -> None:
+    """The lane as a box in UTM; its area on the ground is the same within both scale factors."""
+    image = scene(town.folder / "image.tif", NORTH_UP)
+    centre = gpd.GeoSeries([shapely.Point(EAST_M + 20, NORTH_M + 20)], crs=CRS).to_crs(32629)[0]
+    mask = road(
+        town.folder / "mask.tif",
+        Affine(0.2, 0, centre.x - 20, 0, -0.2, centre.y + 20),
+        crs="EPSG:32629",
+    )
+    outcome = run("extract", image, "--mask", mask, "-o", town.folder / "out.gpkg")
+    assert outcome.code == 0, outcome.err
+    found = gpd.read_file(town.folder / "out.gpkg", layer="transit").to_crs(CRS)
+    middle = found.union_all().centroid
+    assert middle.distance(shapely.Point(EAST_M + 20, NORTH_M + 20)) < 0.5
+
+
 @pytest.mark.parametrize("value", [0, 255])
 def test_a_mask_of_one_value_is_everything_or_is_refused(value: int, town: Town, run: Run) -> None:
     mask = road(town.folder / "mask.tif", NORTH_UP, (value, value))

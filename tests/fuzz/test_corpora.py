@@ -15,6 +15,7 @@ TOKENS = (
     b"|\x00|-1|1e999|nan|inf|null|[]|{}|\"|'|<|</|&x;|99999999999999999999|\xff\xfe|\xb0|,|;|\n|true"
     b"|<!DOCTYPE a>|0001-01-01T00:00|=|[[|]]|:|../|*|%s"
 ).split(b"|")
+TOKENS += [b"9" * 5000, b"[" * 3000, b"<a>" * 300]
 CUTS = st.lists(
     st.tuples(st.floats(0, 1), st.integers(0, 12), st.sampled_from(TOKENS) | st.binary(max_size=4)),
     min_size=1,

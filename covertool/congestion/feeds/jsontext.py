@@ -44,6 +44,8 @@ def read_object(stream: BinaryIO, options: FeedOptions) -> dict[str, Any]:
         raise FileError(f"this is not JSON: {fault}", options.where, "check the file") from None
     except UnicodeDecodeError as fault:
         raise FileError(f"this is not UTF-8: {fault.reason}", options.where, "check it") from None
+    except ValueError as fault:  # a number of thousands of digits
+        raise FileError(f"this is not JSON: {fault}", options.where, "check the file") from None
     except RecursionError:
         raise FileError(
             "the JSON is nested too deeply", options.where, "this is not such a feed"
