@@ -32,33 +32,39 @@ test: lint
 docs: $(VENV)/installed
 	$(BIN)/python -m sphinx -q -W --keep-going -b html docs docs/_build/html
 
-# Side-by-side ratios, printed as Markdown tables; the machine should be quiet.
+# Side-by-side ratios, written to benchmarks/RESULTS.md and results.json; the machine should be quiet.
 bench: $(VENV)/installed
-	for room in coverage raster scale positioning extraction; do $(BIN)/python -m benchmarks.$$room || exit 1; done
+	$(BIN)/python -m benchmarks
 
 bench-quick: $(VENV)/installed
-	for room in coverage raster scale positioning; do $(BIN)/python -m benchmarks.$$room --quick || exit 1; done
+	$(BIN)/python -m benchmarks --quick
 
-# Look for bytes that break a reader: FUZZ_S seconds a target, all of them in ten minutes. What is
-# found lies in out/fuzz. The long run is FUZZ_S=600.
-FUZZ_S ?= 30
-FUZZ_TARGETS ?= $(notdir $(wildcard fuzz/corpus/*))
-fuzz: $(VENV)/installed
-	$(BIN)/python -m pip install --quiet atheris==3.0.0
-	for target in $(FUZZ_TARGETS); do $(BIN)/python -m fuzz $$target $(FUZZ_S) || exit 1; done
+# Exit 1 when a ratio lost more than half of what benchmarks/results.json keeps; not part of CI.
+bench-guard: $(VENV)/installed
+	$(BIN)/python -m benchmarks --guard
 
-# Known faults of the pinned dependencies; asks a service on the network.
-audit: $(VENV)/installed
-	$(BIN)/python -m pip install --quiet pip-audit
-	$(BIN)/pip-audit --requirement constraints.txt --no-deps --disable-pip --strict
+# Tests by line and branch: once as users run it, and the compiled loops once more as plain Python.
+coverage: $(VENV)/installed
+	rm -f .coverage .coverage.*
+	$(BIN)/python -m pytest -n 2 --cov=covertool --cov-report= --ignore=tests/package
+	mv .coverage .coverage.compiled
+	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -n 2 --cov=covertool --cov-report= $(KERNEL_TESTS)
+	mv .coverage .coverage.plain
+	$(BIN)/coverage combine
+	$(BIN)/coverage report --skip-covered --show-missing --sort=cover
 
-# Every dependency with its version and licence, as a table.
-licences: $(VENV)/installed
-	@$(BIN)/python -m tools.licences
+KERNEL_TESTS = tests/analytic tests/coverage/test_areas.py tests/coverage/test_regions.py \
+	tests/coverage/test_raster.py tests/coverage/test_curve.py tests/positioning \
+	-k 'not 0.001 and not poisson and not five_thousand and not slow'
+
+# Small faults put into three engines, at most 200 each; survivors are printed (docs/mutation.md).
+mutation: $(VENV)/installed
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt cosmic-ray
+	$(BIN)/python -m tests.mutation
 
 # Make the synthetic sample study anew; same seed, same bytes.
 sample-study: $(VENV)/installed
 	PYTHONPATH=training $(BIN)/python -m data.recipe
 
 clean:
-	rm -rf $(VENV) out build dist docs/_build docs/generated .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis
+	rm -rf .coverage .coverage.* $(VENV) out build dist docs/_build docs/generated .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis

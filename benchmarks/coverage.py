@@ -6,11 +6,9 @@ others. Peers and engine take turns, and the medians are compared.
 
 from __future__ import annotations
 
-import argparse
-import statistics
 import tempfile
-import time
-from collections.abc import Callable
+from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +17,7 @@ import shapely
 from pyproj import CRS
 from scipy.spatial import cKDTree
 
+from benchmarks.rows import Row, main, seconds, side_by_side
 from covertool.coverage import level_areas, level_regions
 from covertool.gis.parquet import ParquetAnchors, write_anchors
 from covertool.model import Anchors, TransitArea
@@ -100,58 +99,60 @@ def engine(anchors: Anchors, transit: TransitArea, radius_m: Any) -> Any:
     return level_areas(anchors.x_m, anchors.y_m, radius_m, transit.polygons)
 
 
-def seconds(work: Callable[[], object]) -> float:
-    started = time.perf_counter()
-    work()
-    return time.perf_counter() - started
-
-
-def ratio(peer: Callable[[], object], ours: Callable[[], object], turns: int) -> dict[str, float]:
-    """Return the median seconds of both, taken in turns, and peer over ours."""
-    taken = [(seconds(peer), seconds(ours)) for _ in range(turns)]
-    peer_s, ours_s = (statistics.median(column) for column in zip(*taken, strict=True))
-    return {"peer_s": peer_s, "covertool_s": ours_s, "ratio": peer_s / ours_s}
-
-
-def run(quick: bool = False) -> dict[str, dict[str, float]]:
-    """Return the figures of every row; quick leaves out what takes minutes."""
-    rows: dict[str, dict[str, float]] = {}
+def rows(quick: bool) -> Iterator[Row]:
+    """Yield the figures; quick leaves out what takes minutes."""
     small, roads = town(4541)
     engine(*town(10), 15.0)
     level_regions(*town(10), 15.0)
+    turns = 1 if quick else 3
     for radius in (15.0, 100.0):
-        rows[f"4541 cars, {radius:g} m: divide and conquer / covertool (>= 50)"] = ratio(
-            lambda r=radius: divide_and_conquer(small, roads, r),
-            lambda r=radius: engine(small, roads, r),
-            1 if quick else 3,
+        ours = partial(engine, small, roads, radius)
+        yield side_by_side(
+            f"areas of 4541 discs, {radius:g} m",
+            "shapely: halves merged by overlays, levels capped at 3",
+            ours,
+            partial(divide_and_conquer, small, roads, radius),
+            turns,
+            at_least=50,
+            repeats=3,
         )
         if radius == 15.0 or not quick:
-            rows[f"4541 cars, {radius:g} m: node and polygonize / covertool (>= 80)"] = ratio(
-                lambda r=radius: node_and_polygonize(small, roads, r),
-                lambda r=radius: engine(small, roads, r),
+            yield side_by_side(
+                f"areas of 4541 discs, {radius:g} m",
+                "shapely: node all outlines, polygonize, count",
+                ours,
+                partial(node_and_polygonize, small, roads, radius),
                 1,
+                at_least=80,
+                repeats=3,
             )
-    rows["4541 cars, 15 m, regions: divide and conquer / covertool (>= 5)"] = ratio(
-        lambda: divide_and_conquer(small, roads, 15.0),
-        lambda: level_regions(small, roads, 15.0),
-        1 if quick else 3,
+    yield side_by_side(
+        "regions of 4541 discs, 15 m",
+        "shapely: halves merged by overlays, levels capped at 3",
+        partial(level_regions, small, roads, 15.0),
+        partial(divide_and_conquer, small, roads, 15.0),
+        turns,
+        at_least=5,
     )
     if not quick:
         large, wide = town(100_000)
-        rows["100000 cars, 15 m: divide and conquer / covertool (>= 100)"] = ratio(
-            lambda: divide_and_conquer(large, wide, 15.0), lambda: engine(large, wide, 15.0), 1
+        yield side_by_side(
+            "areas of 100,000 discs, 15 m",
+            "shapely: halves merged by overlays, levels capped at 3",
+            partial(engine, large, wide, 15.0),
+            partial(divide_and_conquer, large, wide, 15.0),
+            1,
+            at_least=100,
         )
-    rows.update(_against_reading(100_000 if quick else 1_000_000))
-    rows.update(_growth((10_000, 100_000) if quick else (100_000, 1_000_000, 5_000_000)))
-    return rows
+    yield from _against_reading(100_000 if quick else 1_000_000)
+    yield _growth((10_000, 100_000) if quick else (100_000, 1_000_000, 5_000_000))
 
 
-def _against_reading(cars: int) -> dict[str, dict[str, float]]:
-    """Return covertool over (reading the GeoParquet and building a cKDTree)."""
+def _against_reading(cars: int) -> Iterator[Row]:
+    """Yield covertool over (reading the GeoParquet and building a cKDTree)."""
     anchors, transit = town(cars)
     mixed = np.random.default_rng(2).choice(DEVICE_RADII_M, cars)
     works = {f"{radius:g} m": radius for radius in DEVICE_RADII_M} | {"mixed classes": mixed}
-    rows = {}
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "anchors.parquet"
         write_anchors(path, anchors)
@@ -161,32 +162,26 @@ def _against_reading(cars: int) -> dict[str, dict[str, float]]:
             return cKDTree(np.column_stack([found.x_m, found.y_m]))
 
         for name, radius in works.items():
-            found = ratio(read_and_index, lambda r=radius: engine(anchors, transit, r), 3)
-            found["ratio"] = 1 / found["ratio"]
-            demand = {"15 m": 10, "100 m": 6, "mixed classes": 6}.get(name, 3)
-            rows[f"{cars} cars, {name}: covertool / (read + cKDTree) (<= {demand})"] = found
-    return rows
+            yield side_by_side(
+                f"areas of {cars:,} discs, {name}",
+                "reading the GeoParquet and building a cKDTree",
+                partial(engine, anchors, transit, radius),
+                read_and_index,
+                3,
+                at_most={"15 m": 10, "100 m": 6, "mixed classes": 6}.get(name, 3),
+            )
 
 
-def _growth(sizes: tuple[int, ...]) -> dict[str, dict[str, float]]:
+def _growth(sizes: tuple[int, ...]) -> Row:
     """Return the exponent with which the time at 15 m grows with the number of cars."""
     taken = []
     for cars in sizes:
-        anchors, transit = town(cars)
-        taken.append(min(seconds(lambda a=anchors, t=transit: engine(a, t, 15.0)) for _ in "12"))
-    slope = float(np.polyfit(np.log(sizes), np.log(taken), 1)[0])
-    name = f"growth from {sizes[0]} to {sizes[-1]} cars, 15 m: exponent (<= 1.05)"
-    return {name: {"peer_s": taken[0], "covertool_s": taken[-1], "ratio": slope}}
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="leave out what takes minutes")
-    rows = run(parser.parse_args().quick)
-    print("| work (demand) | peer, s | covertool, s | ratio |\n| --- | ---: | ---: | ---: |")
-    for name, row in rows.items():
-        print(f"| {name} | {row['peer_s']:.3f} | {row['covertool_s']:.3f} | {row['ratio']:.3g} |")
+        work = partial(engine, *town(cars), 15.0)
+        taken.append([seconds(work) for _ in range(2)])
+    slope = float(np.polyfit(np.log(sizes), np.log([min(times) for times in taken]), 1)[0])
+    growth = f"areas, 15 m, growth of time from {sizes[0]:,} to {sizes[-1]:,} discs"
+    return Row(growth, "itself", (slope,), "exponent", higher=False, limit=1.05)
 
 
 if __name__ == "__main__":
-    main()
+    main(rows, __doc__)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-import argparse
+import os
+import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 import cv2
@@ -14,7 +16,9 @@ import numpy.typing as npt
 import rasterio
 from rasterio.transform import Affine
 
+from benchmarks.rows import Row, main, seconds, side_by_side
 from covertool.extract.detectors.network import NetworkDetector
+from covertool.extract.detectors.yolo_obb import YoloObbDetector
 from covertool.extract.vehicles import extract_vehicles
 from covertool.gis.geotiff import open_raster
 
@@ -31,55 +35,66 @@ def picture(side: int) -> Pixels:
     return rgb
 
 
-def least_seconds(work: Callable[[], object], repeats: int) -> float:
-    """Return the least of several runs after a first one that does not count.
-
-    CPU seconds are counted, not those of the clock: other work on the machine weighs less.
-    """
-    work()
-    seconds = []
-    for _ in range(repeats):
-        started = time.process_time()
-        work()
-        seconds.append(time.process_time() - started)
-    return min(seconds)
+def detecting(detector: NetworkDetector, rgb: Pixels) -> Callable[[], object]:
+    """Return the work of the detector alone, on one picture in memory."""
+    return partial(detector.detect, rgb, np.ones(rgb.shape[:2], dtype=bool))
 
 
-def detector_rate(detector: NetworkDetector, rgb: Pixels, repeats: int) -> float:
-    """Return megapixels a second of the detector alone, on one picture in memory."""
-    valid = np.ones(rgb.shape[:2], dtype=bool)
-    return rgb[..., 0].size / least_seconds(lambda: detector.detect(rgb, valid), repeats) / 1e6
+def write_image(path: Path, side: int) -> None:
+    """Write the picture as a GeoTIFF of 0.20 m."""
+    with rasterio.open(
+        path, "w", driver="GTiff", width=side, height=side, count=3, dtype="uint8",
+        crs="EPSG:2157", transform=Affine(0.2, 0, 600_000, 0, -0.2, 750_000), tiled=True,
+    ) as out:  # fmt: skip
+        out.write(np.moveaxis(picture(side), 2, 0))
 
 
-def image_rate(detector: NetworkDetector, side: int, repeats: int) -> float:
-    """Return megapixels a second of a GeoTIFF, from opening it to vehicles on the map."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "image.tif"
-        with rasterio.open(
-            path, "w", driver="GTiff", width=side, height=side, count=3, dtype="uint8",
-            crs="EPSG:2157", transform=Affine(0.2, 0, 600_000, 0, -0.2, 750_000), tiled=True,
-        ) as out:  # fmt: skip
-            out.write(np.moveaxis(picture(side), 2, 0))
-        seconds = least_seconds(lambda: extract_vehicles(open_raster(path), detector), repeats)
-        return side * side / seconds / 1e6
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--side", type=int, default=1152, help="side of the picture in pixels")
-    parser.add_argument("--image-side", type=int, default=3072, help="side of the GeoTIFF")
-    parser.add_argument("--repeats", type=int, default=5)
-    options = parser.parse_args()
+def rows(quick: bool) -> Iterator[Row]:
+    """Yield rates and ratios; all seconds are of the processor, on one thread."""
+    side, turns = (1152, 2) if quick else (3072, 5)
     cv2.setNumThreads(1)
     plain, thorough = NetworkDetector.shipped(), NetworkDetector.shipped(tta=True)
-    rgb = picture(options.side)
-    once = detector_rate(plain, rgb, options.repeats)
-    four = detector_rate(thorough, rgb, options.repeats)
-    whole = image_rate(plain, options.image_side, options.repeats)
-    print(f"OpenCV {cv2.__version__}, one core, megapixels a second:")
-    print(f"detector alone {once:.2f}, with --tta {four:.2f}, ratio {once / four:.1f}")
-    print(f"a {options.image_side}-pixel GeoTIFF with windows, halos and all {whole:.2f}")
+    once = detecting(plain, picture(1152))
+    once()
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "image.tif"
+        write_image(path, side)
+
+        def whole() -> object:
+            return extract_vehicles(open_raster(path), plain)
+
+        alone = [seconds(once, time.process_time) for _ in range(turns)]
+        image = [seconds(whole, time.process_time) for _ in range(turns)]
+    rate = tuple(1152**2 / 1e6 / taken for taken in alone)
+    yield Row("network on a picture of 1152 pixels", "", rate, "MP/s", limit=4)
+    share = tuple((side**2 / 1152**2) * a / b for a, b in zip(alone, image, strict=True))
+    name = f"GeoTIFF of {side} pixels to vehicles on the map, per pixel"
+    yield Row(name, "the network alone", share)
+    yield side_by_side(
+        "network on a picture of 1152 pixels", "the same with --tta", once,
+        detecting(thorough, picture(1152)), turns, clock=time.process_time,
+    )  # fmt: skip
+    yield from own_model(once, turns)
+
+
+def own_model(once: Callable[[], object], turns: int) -> Iterator[Row]:
+    """Yield the ratio to a YOLO-OBB model, when the environment names its file.
+
+    COVERTOOL_BENCH_YOLO=FILE:GSD, the ONNX file and the metres of its pixels.
+    """
+    given = os.environ.get("COVERTOOL_BENCH_YOLO")
+    if given is None:
+        print("no YOLO-OBB model given (COVERTOOL_BENCH_YOLO=FILE:GSD)", file=sys.stderr)
+        return
+    path, _, gsd_m = given.rpartition(":")
+    model = YoloObbDetector(Path(path).read_bytes(), Path(path).name, float(gsd_m))
+    peer = detecting(model, picture(1152))
+    peer()
+    name = f"YOLO-OBB {Path(path).name} at {gsd_m} m, the same picture"
+    yield side_by_side(
+        "network on a picture of 1152 pixels", name, once, peer, turns, clock=time.process_time
+    )
 
 
 if __name__ == "__main__":
-    main()
+    main(rows, __doc__)

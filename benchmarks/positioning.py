@@ -6,14 +6,15 @@ town and the circuit are made here: nothing of them is measured.
 
 from __future__ import annotations
 
-import argparse
+import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 
 import numpy as np
 from scipy.spatial import KDTree
 
+from benchmarks.rows import Row, main, seconds, side_by_side
 from covertool.positioning.cases import Case, Piece, Scenario, Work
 from covertool.positioning.ekf import Ekf
 from covertool.positioning.estimators import Measurements, State, isotropic
@@ -57,22 +58,82 @@ def scene(rows: int, seed: int = 0) -> tuple[State, Measurements, np.ndarray]:
     return state, heard, truth
 
 
-def estimators(quick: bool) -> list[list[str]]:
-    """Return rows that set both estimators beside a plain numpy loop over the cars."""
+def estimators(quick: bool) -> Iterator[Row]:
+    """Yield both estimators beside a plain numpy loop over the cars, and per car-step."""
     few, many = (100, 2_000) if quick else (400, 20_000)
-    repeats = 3 if quick else 7
-    out = []
-    for name, ours, plain, target in (
-        ("EKF", Ekf(), plain_ekf_update, "<= 0.5, >= 100 x"),
-        ("GCPSO", Gcpso(), plain_gcpso_update, "<= 3, >= 500 x"),
+    turns = 2 if quick else 5
+    for name, ours, plain, limit_us, times in (
+        ("EKF", Ekf(), plain_ekf_update, 0.5, 100),
+        ("GCPSO", Gcpso(), plain_gcpso_update, 3.0, 500),
     ):
-        fast = best_seconds(partial(ours.update, *scene(many)[:2]), repeats) / many
-        slow = best_seconds(partial(plain, *scene(few)[:2]), 1) / few
-        out.append(
-            [f"{name}, update alone, microseconds a car-step", f"{fast * 1e6:.3f}",
-             f"{slow * 1e6:.1f}", f"{slow / fast:.0f} x", target]
-        )  # fmt: skip
-    return out
+        fast = partial(ours.update, *scene(many)[:2])
+        slow = partial(plain, *scene(few)[:2])
+        cost = [best_seconds(fast, 3) / many for _ in range(turns)]
+        beside = [seconds(slow, time.thread_time) / few for _ in range(turns)]
+        ratios = tuple(b / c for b, c in zip(beside, cost, strict=True))
+        work = f"{name}, update alone"
+        yield Row(work, "numpy, a loop over the cars", ratios, limit=times)
+        yield Row(f"{work}, a car-step", "", micro(cost), "us", False, limit_us)
+
+
+def micro(taken: Sequence[float]) -> tuple[float, ...]:
+    return tuple(1e6 * value for value in taken)
+
+
+def other_libraries(quick: bool) -> Iterator[Row]:
+    """Yield ratios to what others would take: one filter, or one swarm, for each car."""
+    rows = 50 if quick else 200
+    state, heard, _ = scene(rows)
+    works = (
+        ("EKF, update alone", "filterpy ExtendedKalmanFilter", filterpy_ekf, Ekf()),
+        ("GCPSO, update alone", "pyswarms GlobalBestPSO (4 particles, 20 steps)", swarm, Gcpso()),
+    )
+    for work, beside, peer, ours in works:
+        try:
+            peer(state, heard, 1)
+        except ImportError as missing:
+            print(f"{beside}: not installed ({missing.name})", file=sys.stderr)
+            continue
+        many = scene(20 * rows)[:2]
+        ours.update(*many)
+        turns = [
+            (seconds(partial(peer, state, heard, rows), time.thread_time) / rows,
+             best_seconds(partial(ours.update, *many), 3) / (20 * rows))
+            for _ in range(1 if quick else 3)
+        ]  # fmt: skip
+        yield Row(work, beside, tuple(theirs / own for theirs, own in turns))
+
+
+def filterpy_ekf(state: State, heard: Measurements, rows: int) -> None:
+    from filterpy.kalman import ExtendedKalmanFilter
+
+    for i in range(rows):
+        place = np.stack([heard.x[i], heard.y[i]], axis=1)
+
+        def ranges(x: np.ndarray, place: np.ndarray = place) -> np.ndarray:
+            return np.hypot(*(x[:, 0] - place).T)[:, None]
+
+        def slopes(x: np.ndarray, place: np.ndarray = place) -> np.ndarray:
+            return (x[:, 0] - place) / ranges(x, place)
+
+        one = ExtendedKalmanFilter(dim_x=2, dim_z=3)
+        one.x, one.P = state.position[i][:, None], 4.0 * np.eye(2)
+        one.R = np.diag(heard.range_variance_m2[i])
+        one.update(heard.range_m[i][:, None], slopes, ranges)
+
+
+def swarm(state: State, heard: Measurements, rows: int) -> None:
+    from pyswarms.single import GlobalBestPSO
+
+    options = {"c1": 2.0, "c2": 2.0, "w": 0.9}
+    for i in range(rows):
+        place = np.stack([heard.x[i], heard.y[i]], axis=1)
+
+        def cost(p: np.ndarray, i: int = i, place: np.ndarray = place) -> np.ndarray:
+            miss = heard.range_m[i] - np.linalg.norm(p[:, None] - place, axis=2)
+            return (miss**2).sum(axis=1) + ((p - state.position[i]) ** 2).sum(axis=1)
+
+        GlobalBestPSO(4, 2, options).optimize(cost, 20, verbose=False)
 
 
 def plain_ekf_update(state: State, heard: Measurements) -> object:
@@ -83,74 +144,67 @@ def plain_gcpso_update(state: State, heard: Measurements) -> object:
     return plain_gcpso(state.position, heard, np.random.default_rng(0))
 
 
-def agreement() -> list[list[str]]:
+def agreement() -> Row:
     """Return how far the squared errors of the engine and of the plain loop differ."""
     state, heard, truth = scene(500)
     ours = Ekf().update(state, heard).position
     plain, _ = plain_ekf(state.position, state.covariance, heard)
     difference = np.abs(((ours - truth) ** 2).sum(axis=1) - ((plain - truth) ** 2).sum(axis=1))
-    return [["EKF against the plain loop, m^2", f"{difference.max():.1e}", "", "", "<= 1e-7"]]
+    beside = "numpy, a loop over the cars"
+    return Row("EKF, squared error", beside, (float(difference.max()),), "m2", False, 1e-7)
 
 
-def whole_step(quick: bool) -> list[list[str]]:
-    """Return the cost of a whole car-step: noise, choice, ranges, estimate and sums."""
+def whole_step(quick: bool) -> Iterator[Row]:
+    """Yield the cost of a whole car-step: noise, choice, ranges, estimate and sums."""
     trace, anchors = circuit(cars=100 if quick else 295, steps=40, anchors=200)
     work = Work([Scenario(trace, anchors)], PositioningOptions(), 1)
-    out = []
     for name in ("ekf", "gcpso"):
         piece = Piece(0, Case("proposed", name, 0.2, 15.0), 0, 20)
-        steps = 20 * len(trace)
-        seconds = best_seconds(partial(work, piece), 2) / steps
-        label = f"{name.upper()}, whole step (noise, choice, ranges, sums), microseconds a car-step"
-        out.append([label, f"{seconds * 1e6:.3f}", "", "", ""])
-    return out
+        cost = [best_seconds(partial(work, piece), 1) / (20 * len(trace)) for _ in range(3)]
+        yield Row(f"{name.upper()}, whole car-step", "", micro(cost), "us", False)
 
 
-def dense_town(quick: bool) -> list[list[str]]:
-    """Return the cost of the second-order filter and of the bound where many cars hear many."""
+def dense_town(quick: bool) -> Iterator[Row]:
+    """Yield the cost of the second-order filter and of the bound where many cars hear many."""
     cars, steps = (100, 20) if quick else (295, 60)
     trace, anchors = circuit(cars=cars, steps=steps, anchors=600, halting=True)
     work = Work([Scenario(trace, anchors)], PositioningOptions(), 1)
-    out = []
     for radius_m in (15.0, 100.0):
         for arm in ("traditional", "proposed"):
             case = Case(arm, "second_order", 0.2, radius_m)
             title = f"{cars} cars on one circuit, {arm}, {radius_m:g} m"
-            filtering = partial(work, Piece(0, case, 0, 8))
-            seconds = best_seconds(filtering, 1) / (8 * len(trace))
-            label = f"second order, whole step, microseconds a car-step: {title}"
-            out.append([label, f"{seconds * 1e6:.1f}", "", "", ""])
-            below = best_seconds(partial(work, Piece(0, case, 0, 0)), 1) / steps
-            out.append(
-                [f"joint bound, milliseconds a step: {title}", f"{below * 1e3:.1f}", "", "", ""]
-            )
-    return out
+            cost = best_seconds(partial(work, Piece(0, case, 0, 8)), 1) / (8 * len(trace))
+            yield Row(f"second order, whole car-step: {title}", "", micro([cost]), "us", False)
+            below = 1e3 * best_seconds(partial(work, Piece(0, case, 0, 0)), 1) / steps
+            yield Row(f"joint bound, a step: {title}", "", (below,), "ms", False)
 
 
-def neighbours(quick: bool) -> list[list[str]]:
-    """Return rows that set the selection beside a KD-tree with lists of pairs."""
+def neighbours(quick: bool) -> Iterator[Row]:
+    """Yield the selection beside a KD-tree with lists of pairs."""
     cars, parked = (5_000, 10_000) if quick else (50_000, 100_000)
     side = (parked / 1e-3) ** 0.5
     rng = np.random.default_rng(0)
     car, anchor = rng.uniform(0, side, (cars, 2)), rng.uniform(0, side, (parked, 2))
     x, y = car.T.copy()
     priority, known = np.full(cars, BLIND), np.full(parked, ANCHOR)
-    out = []
     for radius_m in (15.0, 100.0):
         places = build_grid(*anchor.T.copy(), anchor_codes(parked), known, radius_m)
         tree = KDTree(anchor)
 
-        def ours(radius_m=radius_m, places=places):
+        def ours(radius_m: float = radius_m, places: object = places) -> object:
             grid = build_grid(x, y, np.arange(cars), priority, radius_m)
             return select_nearest(grid, places, radius_m)
 
-        def plain(radius_m=radius_m, tree=tree):
-            return pairs_by_tree(car, tree, radius_m)
-
-        fast, slow = best_seconds(ours, 3), best_seconds(plain, 1)
-        label = f"neighbours of {cars:,} cars among {parked:,} anchors, {radius_m:g} m, s a step"
-        out.append([label, f"{fast:.4f}", f"{slow:.3f}", f"{slow / fast:.0f} x", "<= 0.1, >= 10 x"])
-    return out
+        work = f"neighbours of {cars:,} cars among {parked:,} anchors, {radius_m:g} m"
+        ours()
+        row = side_by_side(
+            work, "scipy KD-tree with lists of pairs", ours,
+            partial(pairs_by_tree, car, tree, radius_m), 1 if quick else 3,
+            at_least=10, clock=time.thread_time, repeats=3,
+        )  # fmt: skip
+        yield row
+        taken = tuple(seconds(ours, time.thread_time) for _ in range(3))
+        yield Row(f"{work}, a step", "", taken, "s", False, 0.1)
 
 
 def pairs_by_tree(car: np.ndarray, tree: KDTree, radius_m: float) -> np.ndarray:
@@ -171,9 +225,8 @@ def pairs_by_tree(car: np.ndarray, tree: KDTree, radius_m: float) -> np.ndarray:
     return chosen
 
 
-def second_order(quick: bool) -> list[list[str]]:
-    """Return how near the second-order filter comes to the bound, and how honest it is."""
-    out = []
+def second_order(quick: bool) -> Iterator[Row]:
+    """Yield how near the second-order filter comes to the bound, and how honest it is."""
     for title, both_sides in (("both kerbs", True), ("one kerb", False)):
         trace, anchors = circuit(both_sides=both_sides)
         report = position_errors(
@@ -184,33 +237,21 @@ def second_order(quick: bool) -> list[list[str]]:
             runs=10 if quick else 40,
         )
         for r in report.results:
-            least = 1.10 if r.sigma_range_m == 4.0 else 1.40
-            out.append(
-                [
-                    f"second order over bound, parked at {title}, {r.arm}, {r.radius_m:g} m, "
-                    f"sigma {r.sigma_range_m:g} m",
-                    f"{r.rmse_over_bound:.3f}, NEES/2 {r.nees / 2:.2f}",
-                    f"{r.bound_rmse_m:.2f} m",
-                    "",
-                    f"<= {least:.2f}, 0.8 to 1.5",
-                ]
+            case = f"parked at {title}, {r.arm}, {r.radius_m:g} m, sigma {r.sigma_range_m:g} m"
+            limit = 1.10 if r.sigma_range_m == 4.0 else 1.40
+            over = (r.rmse_over_bound,)
+            yield Row(f"second order, RMSE: {case}", "the bound", over, "x bound", False, limit)
+            yield Row(
+                f"second order, NEES/2 (0.8 to 1.5): {case}", "", (r.nees / 2,), "", False, 1.5
             )
-    return out
 
 
-def main() -> None:
-    """Print one Markdown table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="small sizes, a minute")
-    quick = parser.parse_args().quick
-    print("| what | covertool | beside it | ratio | aim |")
-    print("| --- | --- | --- | --- | --- |")
-    for rows in (estimators, whole_step, dense_town, neighbours, second_order):
-        for row in rows(quick):
-            print("| " + " | ".join(row) + " |", flush=True)
-    for row in agreement():
-        print("| " + " | ".join(row) + " |")
+def rows(quick: bool) -> Iterator[Row]:
+    """Yield all figures of positioning."""
+    for part in (estimators, other_libraries, whole_step, dense_town, neighbours, second_order):
+        yield from part(quick)
+    yield agreement()
 
 
 if __name__ == "__main__":
-    main()
+    main(rows, __doc__)

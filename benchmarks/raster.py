@@ -1,19 +1,19 @@
 """Level raster against GDAL: 4541 discs of 100 m at 0.5 m, side by side in one run.
 
-python benchmarks/raster.py [--quick]
+python -m benchmarks.raster [--quick]
 """
 
 from __future__ import annotations
 
-import sys
-import time
-from collections.abc import Callable
+from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 import shapely
 from rasterio.features import MergeAlg, rasterize
 from rasterio.transform import from_origin
 
+from benchmarks.rows import Row, main, side_by_side
 from covertool.coverage import level_areas
 from covertool.coverage.raster import RasterGrid, grid_over, level_rows
 from covertool.coverage.scanlines import depth_profile
@@ -21,16 +21,6 @@ from covertool.gis.read import read_anchors, read_transit
 from covertool.gis.sample import SAMPLE_STUDY, sample_folder
 
 GSD_M = 0.5
-
-
-def seconds(work: Callable[[], object], runs: int = 3) -> float:
-    """Return the least time of some runs."""
-    times = []
-    for _ in range(runs):
-        begun = time.perf_counter()
-        work()
-        times.append(time.perf_counter() - begun)
-    return min(times)
 
 
 def each_disc_alone(discs: np.ndarray, radius_m: float, grid: RasterGrid) -> None:
@@ -58,37 +48,60 @@ def all_discs_added(discs: np.ndarray, grid: RasterGrid) -> None:
     )
 
 
-def main() -> None:
-    quick = "--quick" in sys.argv
+def rows(quick: bool) -> Iterator[Row]:
+    """Yield ratios to GDAL, and how far the fractions lie from the exact ones."""
     study = sample_folder() / SAMPLE_STUDY
     transit = read_transit(f"{study}:transit")
     anchors = read_anchors(f"{study}:anchors", dst_crs=transit.crs)
     polygons, x, y = transit.polygons, anchors.x_m, anchors.y_m
     grid = grid_over(polygons, GSD_M)
-    print(f"{len(x)} discs, {grid.width} x {grid.height} pixels of {GSD_M} m")
     for radius_m in (15.0,) if quick else (15.0, 100.0):
         each = np.full(x.size, radius_m)
         discs = shapely.buffer(shapely.points(x, y), radius_m, quad_segs=16)
-        list(level_rows(x, y, each, polygons, grid))
-        ours = seconds(lambda r=each: list(level_rows(x, y, r, polygons, grid)))
-        shares = seconds(lambda r=each: depth_profile(x, y, r, polygons, GSD_M))
-        alone = seconds(lambda r=radius_m, d=discs: each_disc_alone(d, r, grid), 1)
-        added = seconds(lambda d=discs: all_discs_added(d, grid), 1)
-        profile = depth_profile(x, y, each, polygons, GSD_M).fractions
-        exact = np.array(level_areas(x, y, each, polygons).areas_m2) / polygons.area
-        found = np.array([*profile[:3], profile[3:].sum()])
-        pixels = np.concatenate(
-            [block.ravel() for _, block in level_rows(x, y, each, polygons, grid)]
+        name = f"{x.size} discs of {radius_m:g} m, {grid.width} x {grid.height} pixels"
+        ours = partial(_level_raster, x, y, each, polygons, grid)
+        ours()
+        turns = 1 if quick else 3
+        yield side_by_side(
+            f"level raster: {name}",
+            "GDAL: each disc rasterised in its window and added",
+            ours,
+            partial(each_disc_alone, discs, radius_m, grid),
+            turns,
+            at_least=30 if radius_m == 100 else None,
+            repeats=3,
         )
-        counted = np.bincount(pixels, minlength=256)[:4] / np.sum(pixels != 255)
-        print(
-            f"{radius_m:5g} m: raster {ours:.3f} s, depth profile {shares:.3f} s; "
-            f"GDAL disc by disc {alone:.2f} s ({alone / ours:.0f}x), "
-            f"GDAL in one call {added:.2f} s ({added / ours:.0f}x); "
-            f"fractions differ from the exact ones by {np.abs(found - exact).max():.1e} (profile), "
-            f"{np.abs(counted - exact).max():.1e} (pixels)"
+        yield side_by_side(
+            f"level raster: {name}",
+            "GDAL: all discs added in one call",
+            ours,
+            partial(all_discs_added, discs, grid),
+            turns,
+            repeats=3,
         )
+        yield from _accuracy(x, y, each, polygons, grid)
+
+
+def _level_raster(
+    x: np.ndarray, y: np.ndarray, each: np.ndarray, polygons: shapely.MultiPolygon, grid: RasterGrid
+) -> np.ndarray:
+    return np.concatenate([block.ravel() for _, block in level_rows(x, y, each, polygons, grid)])
+
+
+def _accuracy(
+    x: np.ndarray, y: np.ndarray, each: np.ndarray, polygons: shapely.MultiPolygon, grid: RasterGrid
+) -> Iterator[Row]:
+    exact = np.array(level_areas(x, y, each, polygons).areas_m2) / polygons.area
+    profile = depth_profile(x, y, each, polygons, GSD_M).fractions
+    pixels = _level_raster(x, y, each, polygons, grid)
+    counted = np.bincount(pixels, minlength=256)[:4] / np.sum(pixels != 255)
+    found = {"depth profile": np.array([*profile[:3], profile[3:].sum()]), "pixels": counted}
+    for name, fractions in found.items():
+        off = float(np.abs(fractions - exact).max())
+        limit = 5e-5 if name == "depth profile" else None
+        work = f"{name}, {each[0]:g} m: greatest error of a level's share"
+        yield Row(work, "the exact areas", (off,), "of 1", False, limit)
 
 
 if __name__ == "__main__":
-    main()
+    main(rows, __doc__)

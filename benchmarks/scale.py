@@ -1,13 +1,12 @@
 """Growth of time and memory from 100,000 to 5 million anchors, in tiles read from GeoParquet.
 
-python benchmarks/scale.py [--quick]
+python -m benchmarks.scale [--quick]
 """
 
 from __future__ import annotations
 
 import multiprocessing
 import resource
-import sys
 import tempfile
 import time
 from collections.abc import Iterator
@@ -17,6 +16,7 @@ import numpy as np
 import shapely
 from pyproj import CRS
 
+from benchmarks.rows import Row, main
 from covertool.coverage.tiled import tiled_levels
 from covertool.coverage.tiles import plan_job
 from covertool.gis.parquet import write_anchors
@@ -96,35 +96,35 @@ def peak_mb() -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
-def main() -> None:
-    quick = "--quick" in sys.argv
+def rows(quick: bool) -> Iterator[Row]:
+    """Yield growth exponents, and the peak memory of the largest country over the smallest's."""
     sizes = [20_000, 100_000] if quick else [100_000, 500_000, 1_000_000, 5_000_000]
-    context = multiprocessing.get_context("spawn")
     with tempfile.TemporaryDirectory() as folder:
+        files = {anchors: country(anchors, Path(folder)) for anchors in sizes}
         for radius_m in (15.0,) if quick else (15.0, 100.0):
-            times = []
-            for anchors in sizes:
-                cars, roads = (
-                    Path(folder, f"cars_{anchors}.parquet"),
-                    Path(folder, f"roads_{anchors}.parquet"),
-                )
-                if not cars.exists():
-                    cars, roads = country(anchors, Path(folder))
-                receive, send = context.Pipe(duplex=False)
-                worker = context.Process(
-                    target=measure, args=(cars, roads, anchors, radius_m, send)
-                )
-                worker.start()
-                seconds, tiles, peak, level_3 = receive.recv()
-                worker.join()
-                times.append(seconds)
-                print(
-                    f"{anchors:9,} anchors at {radius_m:g} m: {seconds:7.2f} s of CPU, "
-                    f"{tiles} tiles, peak {peak:.0f} MB, Level 3 {100 * level_3:.2f} %"
-                )
-            exponent = np.polyfit(np.log(sizes), np.log(times), 1)[0]
-            print(f"growth exponent at {radius_m:g} m: {exponent:.3f}")
+            found = [_measured(*files[anchors], anchors, radius_m) for anchors in sizes]
+            times, _, peaks, _ = zip(*found, strict=True)
+            slope = float(np.polyfit(np.log(sizes), np.log(times), 1)[0])
+            work = f"tiles from GeoParquet, {radius_m:g} m, {sizes[0]:,} to {sizes[-1]:,} anchors"
+            yield Row(f"{work}: growth of time", "itself", (slope,), "exponent", False, 1.05)
+            memory = (peaks[-1] / peaks[0],)
+            yield Row(f"{work}: peak memory, last over first", "itself", memory, "x", False)
+            yield Row(f"{work}: peak memory of the last", "", (peaks[-1],), "MB", False, 1024)
+            yield Row(f"{work}: processor time of the last", "", (times[-1],), "s", False)
+
+
+def _measured(
+    cars: Path, roads: Path, anchors: int, radius_m: float
+) -> tuple[float, int, float, float]:
+    context = multiprocessing.get_context("spawn")
+    receive, send = context.Pipe(duplex=False)
+    worker = context.Process(target=measure, args=(cars, roads, anchors, radius_m, send))
+    worker.start()
+    send.close()  # else a worker that dies would be waited for
+    found = receive.recv()
+    worker.join()
+    return found
 
 
 if __name__ == "__main__":
-    main()
+    main(rows, __doc__)

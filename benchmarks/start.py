@@ -5,11 +5,13 @@ python -m benchmarks.start [--quick]
 
 from __future__ import annotations
 
-import argparse
 import os
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+
+from benchmarks.rows import Row, main
 
 LIBRARIES = "import numpy, shapely, pyogrio, numba"
 WORK = {
@@ -31,16 +33,10 @@ def spent(arguments: list[str]) -> tuple[float, float]:
     return time.perf_counter() - begun, usage.ru_utime + usage.ru_stime
 
 
-def best(taken: list[tuple[float, float]]) -> tuple[float, float]:
-    """Return the least of both: other work on the machine only adds."""
-    return min(clock for clock, _ in taken), min(cpu for _, cpu in taken)
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="run each only twice")
-    runs = 2 if parser.parse_args().quick else 5
-    commands = {"libraries alone": ["-c", LIBRARIES]} | {
+def rows(quick: bool) -> Iterator[Row]:
+    """Yield a run's processor time over that of the libraries alone, and its time by the clock."""
+    runs = 2 if quick else 5
+    commands = {"": ["-c", LIBRARIES]} | {
         name: ["-m", "covertool", *words.split()] for name, words in WORK.items()
     }
     for arguments in commands.values():
@@ -49,13 +45,14 @@ def main() -> None:
     for _ in range(runs):
         for name, arguments in commands.items():
             taken[name].append(spent(arguments))
-    base = best(taken["libraries alone"])[1]
-    print("| start (demand for the sample: 1.5 s on a quiet machine) | clock, s | CPU, s | ratio |")
-    print("| --- | ---: | ---: | ---: |")
-    for name, rows in taken.items():
-        clock, cpu = best(rows)
-        print(f"| {name} | {clock:.2f} | {cpu:.2f} | {cpu / base:.2f} |")
+    for name in WORK:
+        ratios = tuple(
+            ours[1] / alone[1] for ours, alone in zip(taken[name], taken[""], strict=True)
+        )
+        yield Row(name, LIBRARIES, ratios, higher=False)
+    clock = tuple(turn[0] for turn in taken["coverage of the sample study at 15 m"])
+    yield Row("coverage of the sample study at 15 m", "the clock", clock, "s", False, 1.5)
 
 
 if __name__ == "__main__":
-    main()
+    main(rows, __doc__)

@@ -6,7 +6,13 @@ import pytest
 import shapely
 
 from covertool.congestion.clock import zone
-from covertool.congestion.occupancy import OccupancyOptions, confidence_95, occupancy_table
+from covertool.congestion.occupancy import (
+    RUSH_HOURS,
+    OccupancyOptions,
+    confidence_95,
+    hourly,
+    occupancy_table,
+)
 from covertool.congestion.rounding import half_up
 from covertool.errors import ColumnError, OptionError
 from covertool.model import Observations
@@ -127,6 +133,20 @@ def test_an_interval_of_confidence_needs_three_values():
     low, high = confidence_95([10.0, 12.0, 14.0])
     # Student's t for two degrees of freedom at 97.5 % is 4.30265; SD 2, n 3.
     assert (high - low) / 2 == pytest.approx(4.30265 * 2 / np.sqrt(3), rel=1e-5)
+
+
+def test_the_rush_hours_are_those_of_the_paper():
+    assert OccupancyOptions(zone("UTC")).windows == RUSH_HOURS
+    assert {"lunch": time(13), "evening": time(19, 30)} == RUSH_HOURS
+
+
+def test_by_the_hour_every_moment_of_a_day_lies_in_a_window():
+    by_hour = hourly(options(tolerance=timedelta(minutes=10)))
+    assert by_hour.windows == {f"{hour:02d}": time(hour) for hour in range(24)}
+    assert by_hour.tolerance == timedelta(minutes=40)
+    table = occupancy_table(seen(("a", "2014-06-16T12:30", "slow")), network({"a": 100}), by_hour)
+    found = {cell.window for cell in table.cells if cell.percent is not None}
+    assert found == {"12", "13"}
 
 
 def test_a_holiday_is_kept_apart():

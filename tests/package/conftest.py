@@ -1,6 +1,7 @@
 """The distributions, built once, and clean environments that they are installed in."""
 
 import os
+import shutil
 import subprocess
 import sys
 import sysconfig
@@ -11,6 +12,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 PINS = ["--constraint", str(ROOT / "constraints.txt")]
+NOT_SOURCE = (".git", ".venv", ".*_cache", ".hypothesis", "__pycache__", "out", "dist", "_build")
 
 
 def build(source: Path, out: Path, *kinds: str) -> dict[str, Path]:
@@ -23,8 +25,10 @@ def build(source: Path, out: Path, *kinds: str) -> dict[str, Path]:
 
 @pytest.fixture(scope="session")
 def built(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """Return the wheel and the sdist, each made straight from the source tree."""
-    return build(ROOT, tmp_path_factory.mktemp("dist"), "--wheel", "--sdist")
+    """Return the wheel and the sdist, each made straight from one state of the source tree."""
+    copied = tmp_path_factory.mktemp("tree") / "covertool"
+    shutil.copytree(ROOT, copied, ignore=shutil.ignore_patterns(*NOT_SOURCE))
+    return build(copied, tmp_path_factory.mktemp("dist"), "--wheel", "--sdist")
 
 
 class Environment:
