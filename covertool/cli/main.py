@@ -62,26 +62,35 @@ def main(arguments: list[str] | None = None) -> int:
         return 141
     except SystemExit as exit_:
         return exit_.code if isinstance(exit_.code, int) else 1
-    except (CovertoolError, MemoryError, OSError) as error:
-        if "--debug" in given:
+    except Exception as error:
+        if "--debug" in given or not _is_users(error):
             raise
         typer.echo(str(_told(error)), err=True)
         return 1
     return 0
 
 
+_OUT_OF_MEMORY = ("std::bad_alloc", "Insufficient memory")
+"""How native libraries say that there is no memory left."""
+
+
+def _is_users(error: Exception) -> bool:
+    """Whether an error is one that a user can mend; any other is a fault of covertool."""
+    known = isinstance(error, CovertoolError | MemoryError | OSError | ImportError)
+    return known or any(words in str(error) for words in _OUT_OF_MEMORY)
+
+
 def _told(error: Exception) -> CovertoolError:
     """Return a fault in three lines; of the system's own, those that a user can mend."""
     if isinstance(error, CovertoolError):
         return error
-    if isinstance(error, MemoryError):
+    if isinstance(error, MemoryError) or not isinstance(error, OSError | ImportError):
         return ComputationError(
             "there is not enough memory",
             "this machine, or the limit set for this process",
             "take a smaller area, or tiles where the verb offers them (--tile, --workers)",
         )
-    assert isinstance(error, OSError)
-    if error.errno is None:
+    if isinstance(error, ImportError) or error.errno is None:
         mend = "look with covertool doctor; there may be too little memory"
         return FileError(f"a library does not load: {error}", "this installation", mend)
     if error.filename is None:

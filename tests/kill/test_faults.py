@@ -11,9 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from covertool.gis.sample import SAMPLE_STUDY, sample_folder
+from covertool.gis.sample import SAMPLE_STUDY, SAMPLE_TRACE, sample_folder
 
-STUDY = sample_folder() / SAMPLE_STUDY
+SAMPLE = sample_folder()
+STUDY = SAMPLE / SAMPLE_STUDY
 COVERTOOL = [sys.executable, "-m", "covertool"]
 
 
@@ -115,3 +116,35 @@ def test_too_little_memory_ends_in_an_error_and_not_in_a_hang(
     done = run(["coverage", str(STUDY), "--radius", "15", "-o", str(output)], limit)
     assert done.returncode != 0
     assert not output.exists()
+
+
+LITTLE_BY_LITTLE = {
+    "extract": ["extract", str(SAMPLE / "orthophoto.tif"), "-o", "{folder}/out.gpkg"],
+    "report": ["report", str(STUDY), "-o", "{folder}/out.html"],
+    "simulate": [
+        "simulate", "--fcd", str(SAMPLE / SAMPLE_TRACE), "--crs", "EPSG:2157",
+        "--anchors", f"{STUDY}:anchors", "--estimator", "ekf", "--arm", "gps", "--runs", "1",
+        "--no-bound", "--horizon", "10", "-o", "{folder}/out.gpkg",
+    ],
+}  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("verb", LITTLE_BY_LITTLE)
+@pytest.mark.parametrize("megabytes", [250, 400, 900])
+def test_with_any_little_memory_there_is_the_whole_output_or_none(
+    verb: str, megabytes: int, tmp_path: Path
+) -> None:
+    """A native library may end the process itself; what Python sees is told in three lines."""
+
+    def limit() -> None:
+        resource.setrlimit(resource.RLIMIT_AS, (megabytes << 20, megabytes << 20))
+
+    done = run([word.format(folder=tmp_path) for word in LITTLE_BY_LITTLE[verb]], limit)
+    outputs = [path.name for path in tmp_path.iterdir()]
+    if done.returncode == 0:
+        assert outputs in (["out.gpkg"], ["out.html"])
+        return
+    assert outputs == []
+    if done.returncode == 1:
+        assert three_lines(done.stderr), done.stderr
