@@ -45,17 +45,14 @@ bench-guard: $(VENV)/installed
 
 # Tests by line and branch: once as users run it, and the compiled loops once more as plain Python.
 coverage: $(VENV)/installed
-	rm -f .coverage .coverage.*
-	$(BIN)/python -m pytest -n 2 --cov=covertool --cov-report= --ignore=tests/package
-	mv .coverage .coverage.compiled
-	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -n 2 --cov=covertool --cov-report= $(KERNEL_TESTS)
-	mv .coverage .coverage.plain
-	$(BIN)/coverage combine
+	COVERAGE_FILE=.coverage-compiled $(BIN)/python -m pytest -n 2 --cov=covertool --cov-report= --ignore=tests/package
+	NUMBA_DISABLE_JIT=1 COVERAGE_FILE=.coverage-plain $(BIN)/python -m pytest -n 2 --cov=covertool --cov-report= $(KERNEL_TESTS)
+	$(BIN)/coverage combine .coverage-compiled .coverage-plain
 	$(BIN)/coverage report --skip-covered --show-missing --sort=cover
 
-KERNEL_TESTS = tests/analytic tests/coverage/test_areas.py tests/coverage/test_regions.py \
-	tests/coverage/test_raster.py tests/coverage/test_curve.py tests/positioning \
-	-k 'not 0.001 and not poisson and not five_thousand and not slow'
+KERNEL_TESTS = tests/analytic tests/coverage/test_areas.py tests/positioning/test_ekf.py \
+	tests/positioning/test_estimators.py tests/positioning/test_neighbours.py \
+	-m 'not slow' -k 'not 0.001 and not poisson and not five_thousand'
 
 # Small faults put into three engines, at most 200 each; survivors are printed (docs/mutation.md).
 mutation: $(VENV)/installed
@@ -67,4 +64,4 @@ sample-study: $(VENV)/installed
 	PYTHONPATH=training $(BIN)/python -m data.recipe
 
 clean:
-	rm -rf .coverage .coverage.* $(VENV) out build dist docs/_build docs/generated .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis
+	rm -rf .coverage* $(VENV) out build dist docs/_build docs/generated .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis

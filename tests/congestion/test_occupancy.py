@@ -1,3 +1,4 @@
+import dataclasses
 from datetime import date, time, timedelta
 
 import geopandas as gpd
@@ -138,6 +139,11 @@ def test_an_interval_of_confidence_needs_three_values():
 def test_the_rush_hours_are_those_of_the_paper():
     assert OccupancyOptions(zone("UTC")).windows == RUSH_HOURS
     assert {"lunch": time(13), "evening": time(19, 30)} == RUSH_HOURS
+
+
+def test_options_do_not_change_once_made():
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        options().min_coverage = 2.0
 
 
 def test_by_the_hour_every_moment_of_a_day_lies_in_a_window():

@@ -95,11 +95,11 @@ def test_the_ekf_tells_a_neighbour_a_micrometre_away_from_one_at_its_place():
 
 
 def test_the_ekf_carries_on_by_the_velocity_and_adds_both_noises():
-    # (0.5 s * 0.6 m/s)^2 + 2^2.
-    ekf = Ekf(sigma_q=2.0, sigma_gamma=0.6)
+    # (0.5 s * 0.6 m/s)^2 + 3^2.
+    ekf = Ekf(sigma_q=3.0, sigma_gamma=0.6)
     found = ekf.predict(at(1, 2, 3.0, 0.5, 5.0), np.array([[4.0, -6.0]]), 0.5)
     assert found.position[0] == pytest.approx([3, -1])
-    assert found.covariance[0] == pytest.approx([3 + 4.09, 0.5, 5 + 4.09])
+    assert found.covariance[0] == pytest.approx([3 + 9.09, 0.5, 5 + 9.09])
 
 
 def test_the_ekf_defaults_are_two_metres_and_half_a_metre_a_second_and_not_literal():
