@@ -39,6 +39,10 @@ class FileError(CovertoolError):
     """A file that cannot be read or written."""
 
 
+class TruncatedError(FileError):
+    """A file or feed that ends before it is complete."""
+
+
 class CrsError(CovertoolError):
     """A coordinate reference system that is missing, in conflict, or of the wrong kind."""
 

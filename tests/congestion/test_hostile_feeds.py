@@ -9,8 +9,8 @@ from datetime import UTC, datetime
 
 import pytest
 
-from covertool.congestion.feeds.protocol import FeedOptions, Limits, TruncatedError, feed
-from covertool.errors import FileError
+from covertool.congestion.feeds.protocol import FeedOptions, Limits, feed
+from covertool.errors import FileError, TruncatedError
 from covertool.gis.streams import open_stream
 from covertool.model import Observations
 from tests.congestion.feedtools import read

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from typing import BinaryIO
 
 from covertool.congestion.feeds.columns import observations_of
-from covertool.congestion.feeds.protocol import FeedOptions, TruncatedError, keep_or_raise
-from covertool.errors import FileError
+from covertool.congestion.feeds.protocol import FeedOptions, keep_or_raise
+from covertool.errors import FileError, TruncatedError
 from covertool.model import Observations
 
 _ROWS = 200_000

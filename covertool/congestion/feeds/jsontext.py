@@ -8,8 +8,8 @@ from typing import Any, BinaryIO
 
 import shapely
 
-from covertool.congestion.feeds.protocol import FeedOptions, TruncatedError
-from covertool.errors import FileError
+from covertool.congestion.feeds.protocol import FeedOptions
+from covertool.errors import FileError, TruncatedError
 
 
 def read_object(stream: BinaryIO, options: FeedOptions) -> dict[str, Any]:

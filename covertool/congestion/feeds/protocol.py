@@ -19,7 +19,7 @@ import shapely
 
 from covertool.congestion.clock import Fold, to_numpy
 from covertool.congestion.status import DATEX, UNKNOWN, Profile, status_of_speed
-from covertool.errors import FileError, OptionError
+from covertool.errors import FileError, OptionError, TruncatedError
 from covertool.model import Observations
 
 log = logging.getLogger(__name__)
@@ -28,10 +28,6 @@ FORMATS = ("csv", "parquet", "datex2", "waze", "tomtom", "sumo", "trips")
 SPEED_UNITS: Mapping[str, float] = {"m/s": 1.0, "km/h": 1 / 3.6, "mph": 0.44704}
 """Metres per second in one unit of speed."""
 _BATCH = 50_000
-
-
-class TruncatedError(FileError):
-    """A feed that ends before it is complete."""
 
 
 @dataclass(frozen=True)
