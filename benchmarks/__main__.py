@@ -61,7 +61,7 @@ def measured(rooms: list[str], quick: bool) -> Iterator[dict[str, Any]]:
     for room in rooms:
         print(f"\n{room}\n\n{HEADING}", flush=True)
         for row in importlib.import_module(f"benchmarks.{room}").rows(quick):
-            found = {"room": room, **row.to_json()}
+            found = {"room": room, **row.to_json(quick=quick)}
             print(line(found), flush=True)
             yield found
 

@@ -35,7 +35,9 @@ class Row:
             return None
         return self.median >= self.limit if self.higher else self.median <= self.limit
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self, *, quick: bool = False) -> dict[str, Any]:
+        """Return the row as a table holds it; demands are made of the full sizes only."""
+        limit, met = (None, None) if quick else (self.limit, self.met)
         return {
             "work": self.work,
             "beside": self.beside,
@@ -45,8 +47,8 @@ class Row:
             "turns": len(self.values),
             "unit": self.unit,
             "better": "higher" if self.higher else "lower",
-            "demand": self.limit,
-            "met": self.met,
+            "demand": limit,
+            "met": met,
         }
 
 
@@ -109,4 +111,4 @@ def main(rows: Callable[[bool], Iterable[Row]], about: str | None) -> None:
     quick = parser.parse_args().quick
     print(HEADING)
     for row in rows(quick):
-        print(line(row.to_json()), flush=True)
+        print(line(row.to_json(quick=quick)), flush=True)
