@@ -150,7 +150,7 @@ def geometry_layers(opened: Path, path: Path) -> list[str]:
 
     try:
         listed = pyogrio.list_layers(opened)
-    except pyogrio.errors.DataSourceError as error:
+    except (pyogrio.errors.DataSourceError, UnicodeError) as error:
         raise _unreadable(path, error) from None
     return [str(name) for name, kind in listed if kind is not None]
 
@@ -161,7 +161,7 @@ def attribute_tables(opened: Path, path: Path) -> list[str]:
 
     try:
         listed = pyogrio.list_layers(opened)
-    except pyogrio.errors.DataSourceError as error:
+    except (pyogrio.errors.DataSourceError, UnicodeError) as error:
         raise _unreadable(path, error) from None
     return [str(name) for name, kind in listed if kind is None]
 

@@ -19,7 +19,7 @@ from affine import Affine
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from covertool.errors import CovertoolError
+from covertool.errors import CovertoolError, FileError
 from covertool.gis.geotiff import open_raster
 from covertool.gis.read import read_anchors, read_transit
 from covertool.traffic.trace import read_fcd
@@ -149,3 +149,11 @@ def test_bytes_changed_in_a_binary_file_are_read_or_refused(name: str, folder: P
                 assert np.isfinite(found.x_m).all()
 
     damaged()
+
+
+def test_a_layer_whose_name_is_no_text_is_refused(folder: Path) -> None:
+    content = whole_file("a.fgb", folder).replace(b"whole_a", b"whole\x80a")
+    path = folder / "named.fgb"
+    path.write_bytes(content)
+    with pytest.raises(FileError, match="cannot be read"):
+        read_anchors(path)
