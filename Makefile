@@ -54,7 +54,7 @@ KERNEL_TESTS = tests/analytic tests/coverage/test_areas.py tests/positioning/tes
 	tests/positioning/test_estimators.py tests/positioning/test_neighbours.py \
 	-m 'not slow' -k 'not 0.001 and not poisson and not five_thousand'
 
-# Small faults put into three engines, at most 200 each; survivors are printed (docs/mutation.md).
+# Small faults put into three engines, at most 200 each; survivors are printed (tests/mutation/README.md).
 mutation: $(VENV)/installed
 	$(BIN)/python -m pip install --quiet --constraint constraints.txt cosmic-ray
 	$(BIN)/python -m tests.mutation

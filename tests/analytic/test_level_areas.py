@@ -116,6 +116,16 @@ def test_the_inscribed_circle_of_a_polygon_lies_in_it(sides):
     assert areas([0.0], [0.0], 7.0, polygon)[1] == pytest.approx(49 * math.pi, rel=1e-11)
 
 
+def test_a_cell_may_hold_more_edges_than_the_working_space_first_does():
+    turn = 2 * np.pi * np.arange(2000) / 2000
+    polygon = shapely.Polygon(np.column_stack([np.cos(turn), np.sin(turn)]))
+    # The circle through the middles of the polygon's sides.
+    inscribed = math.pi * math.cos(math.pi / 2000) ** 2
+    levels = areas([0.0], [0.0], math.cos(math.pi / 2000), polygon)
+    assert levels[1] == pytest.approx(inscribed, rel=1e-9)
+    assert levels[0] == pytest.approx(polygon.area - inscribed, abs=1e-9)
+
+
 def test_a_disc_in_a_hole_of_the_transit_area_covers_nothing():
     ring = shapely.box(-50, -50, 50, 50).difference(shapely.box(-20, -20, 20, 20))
     assert areas([0.0], [0.0], 15.0, ring)[1:] == (0, 0, 0)
