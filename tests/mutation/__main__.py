@@ -3,7 +3,7 @@
 python -m tests.mutation [NAME ...] [--most 200] [--seed 1] [--folder FOLDER]
 
 The mutants are made by cosmic-ray in a copy of the source tree, at most so many a module, drawn by
-a seed. The survivors are printed as differences; README.md beside this file says what became of them.
+a seed. Survivors are printed as differences; the README beside says what became of them.
 Compiled loops run as plain Python, so that a mutant does not wait for the compiler.
 """
 
