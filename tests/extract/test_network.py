@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
+from covertool.extract.detectors import runtime
 from covertool.extract.detectors.network import CARD, WEIGHTS, NetworkDetector
 from covertool.extract.vehicles import extract_vehicles
 from covertool.gis.geotiff import open_raster
@@ -159,3 +160,13 @@ def test_the_detector_travels_to_a_worker_with_its_network_loaded(network):
     before = sorted_rows(cars(network, rgb))
     there = pickle.loads(pickle.dumps(network))
     np.testing.assert_array_equal(sorted_rows(cars(there, rgb)), before)
+
+
+def test_both_runtimes_give_the_same_maps() -> None:
+    """OpenCV is always there; onnxruntime is an extra, and only faster."""
+    pytest.importorskip("onnxruntime")
+    weights = NetworkDetector.shipped().weights
+    picture = np.random.default_rng(1).standard_normal((1, 3, 96, 160)).astype(np.float32)
+    one, other = runtime.load_network(weights)(picture), runtime.by_opencv(weights)(picture)
+    np.testing.assert_allclose(one, other, atol=1e-4)
+    assert one.shape == (1, 8, 24, 40)

@@ -20,6 +20,7 @@ import numpy.typing as npt
 
 from covertool.extract.detectors.nms import without_doubles
 from covertool.extract.detectors.protocol import Detections, Mask, Pixels
+from covertool.extract.detectors.runtime import Network, load_network
 
 Maps = npt.NDArray[np.float32]
 
@@ -35,7 +36,7 @@ _HEAT, _OFFSET, _SIZE, _ANGLE = slice(0, 2), slice(2, 4), slice(4, 6), slice(6, 
 
 @dataclass(frozen=True)
 class NetworkDetector:
-    """A detector that runs network weights with OpenCV's ``dnn`` module.
+    """A detector that runs network weights.
 
     Parameters
     ----------
@@ -101,10 +102,8 @@ class NetworkDetector:
         return {key: value for key, value in self.__dict__.items() if key != "_net"}
 
     @cached_property
-    def _net(self) -> Any:
-        import cv2
-
-        return cv2.dnn.readNetFromONNX(np.frombuffer(self.weights, np.uint8))
+    def _net(self) -> Network:
+        return load_network(self.weights)
 
     def detect(self, rgb: Pixels, valid: Mask) -> Detections:
         """Return the vehicles of a picture at the detector's GSD, best first."""
@@ -122,8 +121,7 @@ class NetworkDetector:
 
         padded = _padded(rgb)
         blob = cv2.dnn.blobFromImage(padded, self.scale, mean=(self.mean,) * 3)
-        self._net.setInput(blob)
-        maps: Maps = np.array(self._net.forward()[0], dtype=np.float32)
+        maps: Maps = np.array(self._net(blob)[0], dtype=np.float32)
         maps[_HEAT] = 1 / (1 + np.exp(-maps[_HEAT]))
         return maps
 
