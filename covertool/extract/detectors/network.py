@@ -121,7 +121,7 @@ class NetworkDetector:
 
         padded = _padded(rgb)
         blob = cv2.dnn.blobFromImage(padded, self.scale, mean=(self.mean,) * 3)
-        maps: Maps = np.array(self._net(blob)[0], dtype=np.float32)
+        maps: Maps = np.array(self._net(np.asarray(blob, dtype=np.float32))[0])
         maps[_HEAT] = 1 / (1 + np.exp(-maps[_HEAT]))
         return maps
 
