@@ -77,7 +77,12 @@ def test_a_signal_ends_the_run_with_its_code_and_no_traceback(
     output = tmp_path / "out.gpkg"
     words = ["coverage", str(STUDY), "--radius", "15", "--penetration", "0.1", "-o", str(output)]
     process = subprocess.Popen(
-        [*COVERTOOL, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [*COVERTOOL, *words],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        # A shell starts what it puts in the background deaf to SIGINT, and its children inherit it.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
     time.sleep(1.2)
     process.send_signal(number)
