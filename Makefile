@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
 
-.PHONY: run test lint docs bench bench-quick fuzz audit licences sample-study clean
+.PHONY: run test test-slow lint docs bench bench-quick fuzz audit licences sample-study clean
 .DEFAULT_GOAL := run
 
 $(VENV)/installed: pyproject.toml constraints.txt
@@ -27,7 +27,11 @@ lint: $(VENV)/installed
 	$(BIN)/lint-imports
 
 test: lint
-	$(BIN)/python -m pytest -n 2
+	$(BIN)/python -m pytest -n 2 -m "not slow"
+
+# What takes longer: killed and starved runs, installed wheels, notebooks, every command of the README.
+test-slow: $(VENV)/installed
+	$(BIN)/python -m pytest -n 2 -m slow
 
 docs: $(VENV)/installed
 	$(BIN)/python -m sphinx -q -W --keep-going -b html docs docs/_build/html
