@@ -155,7 +155,7 @@ def test_a_users_routes_name_their_edges_types_and_first_start(town, tmp_path):
         ("<routes/>", GeometryError, "no vehicle"),
         ('<routes><trip id="t" depart="0" from="0.0" to="far"/></routes>', GeometryError, "far"),
         ('<routes><vehicle id="t" depart="soon"/></routes>', FileError, "'soon'"),
-        ('<routes><vehicle id="t" depart="0">', FileError, "cut off"),
+        ('<routes><vehicle id="t" depart="0">', FileError, "ends early"),
         ('<!DOCTYPE r [<!ENTITY a "b">]><routes>&a;</routes>', FileError, "DOCTYPE"),
     ],
 )
