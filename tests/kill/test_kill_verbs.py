@@ -22,7 +22,7 @@ VERBS = {
     "export": ["export", str(STUDY), "--layer", "buildings", "--overwrite"],
     "extract": [
         "extract", str(SAMPLE / "orthophoto.tif"), "--mask", str(SAMPLE / "road_mask.tif"),
-        "--overwrite", "--detector", "classical",
+        "--overwrite",
     ],
     "simulate": [
         "simulate", "--fcd", str(SAMPLE / SAMPLE_TRACE), "--crs", "EPSG:2157",
