@@ -60,8 +60,11 @@ def test_every_verb_module_registers_a_verb():
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_completion_of_each_shell_is_shown(shell):
+    # Typer otherwise asks which shell started it, and not every run of the tests has one above it.
+    named = {"_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1"}
     done = subprocess.run(
         [sys.executable, "-m", "covertool", "--show-completion", shell],
+        env=os.environ | named,
         capture_output=True,
         text=True,
         check=True,
