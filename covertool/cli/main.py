@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import importlib
 import os
 import sys
@@ -42,6 +43,10 @@ os.environ |= {
     "no_proxy": "",
     "PROJ_NETWORK": "OFF",
 }
+
+# Loading libraries makes objects that stay: to look through them for rubbish again and again takes
+# a tenth of a short run. A run that goes on is still swept, once in this many new objects.
+gc.set_threshold(50_000)
 
 for _verb in VERBS:
     importlib.import_module(f"covertool.cli.{_verb}")
