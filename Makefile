@@ -3,7 +3,8 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
 
-.PHONY: run test test-slow lint docs bench bench-quick fuzz audit licences sample-study clean
+.PHONY: run test test-slow lint docs bench bench-quick bench-guard coverage mutation fuzz audit \
+	licences sample-study clean
 .DEFAULT_GOAL := run
 
 $(VENV)/installed: pyproject.toml constraints.txt
@@ -62,6 +63,28 @@ KERNEL_TESTS = tests/analytic tests/coverage/test_areas.py tests/positioning/tes
 mutation: $(VENV)/installed
 	$(BIN)/python -m pip install --quiet --constraint constraints.txt cosmic-ray
 	$(BIN)/python -m tests.mutation
+
+# Look for bytes that break a reader: FUZZ_S seconds a target, all of them in ten minutes; with
+# `make -j2 fuzz` two at a time. What is found lies in out/fuzz. The long run is FUZZ_S=600.
+FUZZ_S ?= 30
+FUZZ_TARGETS ?= $(notdir $(wildcard fuzz/corpus/*))
+fuzz: $(FUZZ_TARGETS:%=fuzz-%)
+
+fuzz-%: $(VENV)/atheris
+	$(BIN)/python -m fuzz $* $(FUZZ_S)
+
+$(VENV)/atheris: $(VENV)/installed
+	$(BIN)/python -m pip install --quiet atheris==3.0.0
+	touch $@
+
+# Known faults of the pinned dependencies; asks a service on the network.
+audit: $(VENV)/installed
+	$(BIN)/python -m pip install --quiet pip-audit
+	$(BIN)/pip-audit --requirement constraints.txt --no-deps --disable-pip --strict
+
+# Every dependency with its version and licence, as a table.
+licences: $(VENV)/installed
+	@$(BIN)/python -m tools.licences
 
 # Make the synthetic sample study anew; same seed, same bytes.
 sample-study: $(VENV)/installed
