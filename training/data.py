@@ -20,6 +20,9 @@ MEAN, SCALE = 0.45 * 255, 1 / (0.25 * 255)
 DOUBTFUL_FROM, UNSEEN_FROM = 0.50, 0.88
 """Hidden shares: below the first a car, between the two it teaches nothing, above it is none."""
 
+SCALES = (0.85, 1.18)
+"""How much smaller or larger half of the crops are shown: a stated GSD is seldom exact."""
+
 SIGMA_CELLS = (0.75, 1.3)
 """Width of the peak that marks a centre, for cars and for trucks."""
 
@@ -54,13 +57,19 @@ def read_picture(path: Path) -> npt.NDArray[np.uint8]:
 def crop(
     image: npt.NDArray[np.uint8], labels: Floats, side: int, rng: Rng
 ) -> tuple[npt.NDArray[np.uint8], Floats]:
-    """Return a random square crop, turned by quarter turns and mirrored, with its labels."""
+    """Return a random square crop, scaled, turned and mirrored, with its labels."""
     height, width = image.shape[:2]
-    x0 = int(rng.integers(0, max(width - side, 0) + 1))
-    y0 = int(rng.integers(0, max(height - side, 0) + 1))
-    picture, table = image[y0 : y0 + side, x0 : x0 + side], labels.copy()
-    table[:, 0] -= x0
-    table[:, 1] -= y0
+    scale = rng.uniform(*SCALES) if rng.random() < 0.5 else 1.0
+    window = min(round(side / scale), height, width)
+    scale = side / window
+    x0, y0 = int(rng.integers(0, width - window + 1)), int(rng.integers(0, height - window + 1))
+    picture, table = image[y0 : y0 + window, x0 : x0 + window], labels.copy()
+    if window != side:
+        way = cv2.INTER_AREA if window > side else cv2.INTER_LINEAR
+        picture = cv2.resize(picture, (side, side), interpolation=way)
+    table[:, 0] = (table[:, 0] - x0) * scale
+    table[:, 1] = (table[:, 1] - y0) * scale
+    table[:, 3:5] *= scale
     if rng.random() < 0.5:
         picture = picture[:, ::-1]
         table[:, 0], table[:, 2] = side - table[:, 0], -table[:, 2]
