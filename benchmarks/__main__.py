@@ -23,7 +23,7 @@ from typing import Any
 
 from benchmarks.rows import HEADING, line
 
-ROOMS = ("coverage", "with_qgis", "raster", "scale", "positioning", "extraction", "start")
+ROOMS = ("coverage", "with_qgis", "raster", "scale", "positioning", "extraction", "start", "load")
 LIBRARIES = (
     "covertool", "numpy", "numba", "scipy", "shapely", "rasterio", "pyogrio", "pyarrow",
     "opencv-python-headless", "filterpy", "pyswarms",
