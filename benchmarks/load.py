@@ -69,7 +69,7 @@ def _resident(child: psutil.Process) -> int:
 
 
 def mirrored(path: Path, side: int) -> None:
-    """Write a GeoTIFF that repeats the sample study's orthophoto, mirrored, on side x side pixels."""
+    """Write the sample study's orthophoto, mirrored again and again, as a large GeoTIFF."""
     with rasterio.open(sample_folder() / "orthophoto.tif") as photo:
         once = photo.read()
         profile = photo.profile | {"width": side, "height": side, "tiled": True, "BIGTIFF": "YES"}

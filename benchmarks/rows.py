@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import multiprocessing
 import statistics
 import time
 from collections.abc import Callable, Iterable
@@ -84,6 +85,29 @@ def side_by_side(
         ratios = tuple(fast / slow for slow, fast in taken)
         return Row(work, beside, ratios, higher=False, limit=at_most)
     return Row(work, beside, tuple(slow / fast for slow, fast in taken), limit=at_least)
+
+
+def seconds_alone(work: Callable[[], object], at_most_s: float) -> tuple[float, bool]:
+    """Return how long a work takes in a process of its own, and whether it came to its end.
+
+    A work that is not done in time is stopped: the seconds are then a lower bound.
+    """
+    context = multiprocessing.get_context("spawn")
+    receive, send = context.Pipe(duplex=False)
+    worker = context.Process(target=_timed, args=(work, send))
+    worker.start()
+    send.close()
+    if receive.poll(at_most_s):
+        taken = float(receive.recv())
+        worker.join()
+        return taken, True
+    worker.kill()
+    worker.join()
+    return at_most_s, False
+
+
+def _timed(work: Callable[[], object], answer: Any) -> None:
+    answer.send(seconds(work))
 
 
 HEADING = (
