@@ -11,10 +11,12 @@ from covertool.model import Floats
 from covertool.positioning.estimators import Measurements, State, isotropic
 from covertool.positioning.kernel import kernel
 from covertool.positioning.linear import carry_on
-from covertool.positioning.noise import SWARM, Indices, Words, philox, unit
+from covertool.positioning.noise import SWARM, Indices, Words, philox
 
-LANES = 64
-"""Cars whose swarms move side by side in vector registers."""
+LANES = 128
+"""Cars whose swarms move side by side in vector registers: as many as fit into the first cache."""
+
+_LOW_HALF, _HALF_WORD, _UNIT_16 = np.uint32(0xFFFF), np.uint32(16), 2.0**-16
 
 
 class Swarm(NamedTuple):
@@ -88,74 +90,22 @@ def _move(
 
 @kernel
 def _draw(
-    key: tuple[int, int], run: int, time: int, car: Indices, step: int, words: Words, u: Floats
+    key: tuple[int, int], run: Indices, time: int, car: Indices, draw: int, words: Words, u: Floats
 ) -> None:
+    """Write four numbers for each of two particles, uniform in (0, 1).
+
+    Both halves of a word serve: 16 bits resolve 2^-16 of the way that a particle may go, which is
+    far below what twenty steps of a swarm leave.
+    """
     a, b, c, d = words[0], words[1], words[2], words[3]  # unpacking would lose contiguity
     for i in range(car.size):
-        a[i], b[i], c[i], d[i] = time, car[i], step, (run << 8) | SWARM
+        a[i], b[i], c[i], d[i] = time, car[i], draw, (run[i] << 8) | SWARM
     philox(a, b, c, d, key)
     for k in range(4):
-        row, number = words[k], u[k]
+        row, low, high = words[k], u[k], u[k + 4]
         for i in range(car.size):
-            number[i] = unit(row[i])
-
-
-@kernel
-def _elect(
-    swarm: Swarm, best: Floats, leader: Indices, record: Floats, tally: Indices, rho: Floats
-) -> None:
-    """Let the best particle of each car lead, and widen or narrow its search."""
-    for i in range(leader.size):
-        new = 0
-        for p in range(1, swarm.particles):
-            if best[p, i] < best[new, i]:
-                new = p
-        better = best[new, i] < record[i]
-        same = new == leader[i]
-        tally[0, i] = tally[0, i] + 1 if same and better else 0
-        tally[1, i] = tally[1, i] + 1 if same and not better else 0
-        if tally[0, i] > swarm.most_successes:
-            rho[i] *= 2.0
-        elif tally[1, i] > swarm.most_failures:
-            rho[i] *= 0.5
-        leader[i], record[i] = new, best[new, i]
-
-
-@kernel
-def search(
-    key: tuple[int, int], run: int, time: int, car: Indices, lanes: Lanes, swarm: Swarm
-) -> Floats:
-    """Return (2, lanes): the best place that its swarm finds for each car.
-
-    Half of the particles start at the first neighbour, half at ``a``, all at rest.
-    """
-    n, size = swarm.particles, car.size
-    particle = np.zeros((n, 6, size))  # x, y, vx, vy, best x, best y
-    best, found = np.empty((n, size)), np.empty(size)
-    leader, tally = np.zeros(size, np.int64), np.zeros((2, size), np.int64)
-    rho, record, goal = np.full(size, swarm.rho_m), np.full(size, np.inf), np.empty((2, size))
-    words, u = np.empty((4, size), np.uint32), np.empty((4, size))
-    for p in range(n):
-        particle[p, 0] = lanes.x[0] if p < n // 2 else lanes.a_x
-        particle[p, 1] = lanes.y[0] if p < n // 2 else lanes.a_y
-        particle[p, 4:] = particle[p, :2]
-        cost(particle[p, 0], particle[p, 1], lanes, best[p])
-    _elect(swarm, best, leader, record, tally, rho)
-    tally[:] = 0
-    slope = (swarm.last_inertia - swarm.first_inertia) / max(swarm.iterations - 1, 1)
-    for k in range(swarm.iterations):
-        for i in range(size):
-            goal[0, i], goal[1, i] = particle[leader[i], 4, i], particle[leader[i], 5, i]
-        for p in range(n):
-            _draw(key, run, time, car, k * n + p, words, u)
-            own = particle[p]
-            _move(p, own, leader, goal, rho, swarm.first_inertia + slope * k, swarm, u)
-            cost(own[0], own[1], lanes, found)
-            _remember(own, best[p], found)
-        _elect(swarm, best, leader, record, tally, rho)
-    for i in range(size):
-        goal[0, i], goal[1, i] = particle[leader[i], 4, i], particle[leader[i], 5, i]
-    return goal
+            low[i] = (np.float64(np.int32(row[i] & _LOW_HALF)) + 0.5) * _UNIT_16
+            high[i] = (np.float64(np.int32(row[i] >> _HALF_WORD)) + 0.5) * _UNIT_16
 
 
 @kernel
@@ -166,6 +116,78 @@ def _remember(particle: Floats, best: Floats, found: Floats) -> None:
         best_x[i] = x[i] if better else best_x[i]
         best_y[i] = y[i] if better else best_y[i]
         best[i] = found[i] if better else best[i]
+
+
+@kernel
+def _best_of(particle: Floats, best: Floats, first: Indices, least: Floats, goal: Floats) -> None:
+    """Write which particle of each car has found the least cost, how much, and where."""
+    goal_x, goal_y = goal[0], goal[1]
+    first[:], least[:], goal_x[:], goal_y[:] = 0, best[0], particle[0, 4], particle[0, 5]
+    for p in range(1, len(best)):
+        x, y, value = particle[p, 4], particle[p, 5], best[p]
+        for i in range(least.size):
+            better = value[i] < least[i]
+            first[i] = p if better else first[i]
+            least[i] = value[i] if better else least[i]
+            goal_x[i] = x[i] if better else goal_x[i]
+            goal_y[i] = y[i] if better else goal_y[i]
+
+
+@kernel
+def _elect(
+    swarm: Swarm,
+    first: Indices,
+    least: Floats,
+    leader: Indices,
+    record: Floats,
+    tally: Indices,
+    rho: Floats,
+) -> None:
+    """Let the best particle of each car lead, and widen or narrow its search."""
+    won, lost = tally[0], tally[1]
+    for i in range(leader.size):
+        same, better = first[i] == leader[i], least[i] < record[i]
+        won[i] = won[i] + 1 if same and better else 0
+        lost[i] = lost[i] + 1 if same and not better else 0
+        narrow = rho[i] * 0.5 if lost[i] > swarm.most_failures else rho[i]
+        rho[i] = rho[i] * 2.0 if won[i] > swarm.most_successes else narrow
+        leader[i], record[i] = first[i], least[i]
+
+
+@kernel
+def search(
+    key: tuple[int, int], run: Indices, time: int, car: Indices, lanes: Lanes, swarm: Swarm
+) -> Floats:
+    """Return (2, lanes): the best place that its swarm finds for each car.
+
+    Half of the particles start at the first neighbour, half at ``a``, all at rest.
+    """
+    n, size = swarm.particles, car.size
+    particle = np.zeros((n, 6, size))  # x, y, vx, vy, best x, best y
+    best, found, goal = np.empty((n, size)), np.empty(size), np.empty((2, size))
+    for p in range(n):
+        particle[p, 0] = lanes.x[0] if p < n // 2 else lanes.a_x
+        particle[p, 1] = lanes.y[0] if p < n // 2 else lanes.a_y
+        particle[p, 4:] = particle[p, :2]
+        cost(particle[p, 0], particle[p, 1], lanes, best[p])
+    leader, record = np.empty(size, np.int64), np.empty(size)
+    _best_of(particle, best, leader, record, goal)
+    rho, tally = np.full(size, swarm.rho_m), np.zeros((2, size), np.int64)
+    first, least = np.empty(size, np.int64), np.empty(size)
+    words, u = np.empty((4, size), np.uint32), np.empty((8, size))
+    slope = (swarm.last_inertia - swarm.first_inertia) / max(swarm.iterations - 1, 1)
+    for k in range(swarm.iterations):
+        inertia = swarm.first_inertia + slope * k
+        for p in range(n):
+            if p % 2 == 0:
+                _draw(key, run, time, car, k * ((n + 1) // 2) + p // 2, words, u)
+            own, half = particle[p], 4 * (p % 2)
+            _move(p, own, leader, goal, rho, inertia, swarm, u[half : half + 4])
+            cost(own[0], own[1], lanes, found)
+            _remember(own, best[p], found)
+        _best_of(particle, best, first, least, goal)
+        _elect(swarm, first, least, leader, record, tally, rho)
+    return goal
 
 
 @kernel
@@ -197,16 +219,14 @@ def _update(
     swarm: Swarm,
     new: Floats,
 ) -> None:
-    for r in range(count.size // max(car.size, 1)):
-        offset = r * car.size
-        heard = np.flatnonzero(count[offset : offset + car.size])
-        for first in range(0, heard.size, LANES):
-            some = heard[first : first + LANES]
-            rows = some + offset
-            lanes = _lanes(rows, count, ranges, x, y, start)
-            best = search(key, first_run + r, time, car[some], lanes, swarm)
-            for i in range(rows.size):
-                new[rows[i], 0], new[rows[i], 1] = best[0, i], best[1, i]
+    heard = np.flatnonzero(count)
+    for first in range(0, heard.size, LANES):
+        rows = heard[first : first + LANES]
+        lanes = _lanes(rows, count, ranges, x, y, start)
+        run, own = first_run + rows // car.size, car[rows % car.size]
+        best = search(key, run, time, own, lanes, swarm)
+        for i in range(rows.size):
+            new[rows[i], 0], new[rows[i], 1] = best[0, i], best[1, i]
 
 
 class Gcpso:

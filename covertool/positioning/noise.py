@@ -54,22 +54,25 @@ def check_address(seed: int, runs: int) -> None:
 def philox(a: Words, b: Words, c: Words, d: Words, key: tuple[int, int]) -> None:
     """Replace counters by the words of Philox4x32-10, in place.
 
-    The loop over the counters is the inner one and each word has 32 bits, so that it runs in
-    vector registers.
+    The loop over the counters is the only one left once the rounds are unrolled, and each word has
+    32 bits, so that it runs in vector registers.
 
     >>> a, b, c, d = np.zeros((4, 1), np.uint32)
     >>> philox(a, b, c, d, (0, 0))
     >>> f"{a[0]:08x} {b[0]:08x} {c[0]:08x} {d[0]:08x}"
     '6627e8d5 e169c58d bc57ac4c 9b00dbd8'
     """
-    key_0, key_1 = np.uint32(key[0]), np.uint32(key[1])
-    for _ in range(10):
-        for i in range(a.size):
-            p, q = _MULTIPLIER_0 * np.uint64(a[i]), _MULTIPLIER_1 * np.uint64(c[i])
-            new_a = np.uint32(np.uint32(q >> _32) ^ b[i] ^ key_0)
-            new_c = np.uint32(np.uint32(p >> _32) ^ d[i] ^ key_1)
-            a[i], b[i], c[i], d[i] = new_a, np.uint32(q), new_c, np.uint32(p)
-        key_0, key_1 = np.uint32(key_0 + _WEYL_0), np.uint32(key_1 + _WEYL_1)
+    first_0, first_1 = np.uint32(key[0]), np.uint32(key[1])
+    for i in range(a.size):
+        w, x, y, z = a[i], b[i], c[i], d[i]
+        key_0, key_1 = first_0, first_1
+        for _ in range(10):
+            p, q = _MULTIPLIER_0 * np.uint64(w), _MULTIPLIER_1 * np.uint64(y)
+            w = np.uint32(np.uint32(q >> _32) ^ x ^ key_0)
+            y = np.uint32(np.uint32(p >> _32) ^ z ^ key_1)
+            x, z = np.uint32(q), np.uint32(p)
+            key_0, key_1 = np.uint32(key_0 + _WEYL_0), np.uint32(key_1 + _WEYL_1)
+        a[i], b[i], c[i], d[i] = w, x, y, z
 
 
 @kernel

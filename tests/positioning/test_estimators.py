@@ -4,13 +4,13 @@ import math
 
 import numpy as np
 import pytest
+from scipy import stats
 from scipy.optimize import least_squares
-from scipy.stats import norm
 
 from covertool.errors import OptionError
 from covertool.positioning.ekf import Ekf
 from covertool.positioning.estimators import Measurements, State, isotropic, load_estimator
-from covertool.positioning.gcpso import Gcpso
+from covertool.positioning.gcpso import LANES, Gcpso, Swarm, _draw
 from covertool.positioning.linear import GpsOdometry, GpsOnly
 from covertool.positioning.second_order import SecondOrder
 
@@ -186,7 +186,7 @@ def test_with_two_anchors_in_line_a_car_settles_on_the_side_of_its_first_fix():
     )
     errors, _ = errors_of(run)
     wrong = np.mean(errors[-1][:, 1] < -4.0)
-    expected = norm.cdf(-4 / 6)
+    expected = stats.norm.cdf(-4 / 6)
     assert wrong == pytest.approx(expected, abs=4 * math.sqrt(expected * (1 - expected) / runs))
 
 
@@ -213,11 +213,10 @@ def test_gcpso_comes_near_the_least_of_its_own_cost():
     assert np.median(excess["ours"]) < 2 * np.median(excess["plain"]) + 0.05
 
 
-def test_many_iterations_bring_the_swarm_to_the_least_cost():
-    from covertool.positioning.gcpso import Swarm
-
+@pytest.mark.parametrize("particles", [11, 12])
+def test_many_iterations_bring_the_swarm_to_the_least_cost(particles):
     _, state, heard = scene(rows=40)
-    found = Gcpso(Swarm(particles=12, iterations=400)).update(state, heard).position
+    found = Gcpso(Swarm(particles, iterations=400)).update(state, heard).position
     for i in range(40):
         anchors = np.stack([heard.x[i], heard.y[i]], axis=1)
 
@@ -228,6 +227,32 @@ def test_many_iterations_bring_the_swarm_to_the_least_cost():
         least = min((least_squares(residuals, s) for s in starts), key=lambda fit: fit.cost)
         cost = plain_cost(found[i], heard.range_m[i], anchors, state.position[i])
         assert cost <= 2 * least.cost + 1e-3
+
+
+@pytest.mark.parametrize("alone", [0, 57, LANES, 2 * LANES + 19])
+def test_the_swarm_of_a_car_does_not_depend_on_who_moves_beside_it(alone):
+    """Neither on its place in the vector registers nor on the run that is computed with it."""
+    cars, run = 2 * LANES + 20, 1
+    _, state, heard = scene(rows=2 * cars)
+    both = Measurements(**(vars(heard) | {"runs": 2, "car": np.arange(cars)}))
+    together = Gcpso().update(state, both).position
+    row = slice(run * cars + alone, run * cars + alone + 1)
+    arrays = {name: value for name, value in vars(heard).items() if isinstance(value, np.ndarray)}
+    own = {name: value[row] for name, value in arrays.items()}
+    one = vars(heard) | own | {"first_run": run, "car": np.array([alone])}
+    single = Gcpso().update(State(state.position[row], state.covariance[row]), Measurements(**one))
+    assert (single.position == together[row]).all()
+
+
+def test_the_particles_of_a_swarm_draw_numbers_that_have_nothing_in_common():
+    cars = np.arange(50_000)
+    words, u = np.empty((4, cars.size), np.uint32), np.empty((8, cars.size))
+    _draw((1, 0), np.zeros_like(cars), 3, cars, 5, words, u)
+    assert u.min() > 0.0
+    assert u.max() < 1.0
+    common = np.corrcoef(u) - np.eye(8)
+    assert np.abs(common).max() < 4.5 / np.sqrt(cars.size)
+    assert stats.kstest(u.ravel(), "uniform").pvalue > 1e-3
 
 
 def test_literal_gcpso_looks_near_the_origin_as_printed():
