@@ -10,7 +10,8 @@ import sys
 import typer
 
 from covertool.cli.app import app
-from covertool.errors import ComputationError, CovertoolError, FileError
+from covertool.cli.memory import heed_limit, out_of_memory
+from covertool.errors import CovertoolError, FileError
 
 VERBS = (
     "extract",
@@ -44,6 +45,10 @@ os.environ |= {
     "PROJ_NETWORK": "OFF",
 }
 
+# Numpy's and scipy's OpenBLAS would each keep buffers for a thread on every core. No verb has linear
+# algebra that would gain by them.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 # Loading libraries makes objects that stay: to look through them for rubbish again and again takes
 # a tenth of a short run. A run that goes on is still swept, once in this many new objects.
 gc.set_threshold(50_000)
@@ -59,6 +64,7 @@ def main(arguments: list[str] | None = None) -> int:
     """
     given = sys.argv[1:] if arguments is None else arguments
     try:
+        heed_limit()
         app(args=given, standalone_mode=True, prog_name="covertool", obj=tuple(given))
     except KeyboardInterrupt:
         return 130
@@ -90,11 +96,7 @@ def _told(error: Exception) -> CovertoolError:
     if isinstance(error, CovertoolError):
         return error
     if isinstance(error, MemoryError) or not isinstance(error, OSError | ImportError):
-        return ComputationError(
-            "there is not enough memory",
-            "this machine, or the limit set for this process",
-            "take a smaller area, or tiles where the verb offers them (--tile, --workers)",
-        )
+        return out_of_memory()
     if isinstance(error, ImportError) or error.errno is None:
         mend = "look with covertool doctor; there may be too little memory"
         return FileError(f"a library does not load: {error}", "this installation", mend)
