@@ -20,13 +20,8 @@ from covertool.positioning.ekf import Ekf
 from covertool.positioning.estimators import Measurements, State, isotropic
 from covertool.positioning.experiment import position_errors
 from covertool.positioning.gcpso import Gcpso
-from covertool.positioning.grid import build_grid
-from covertool.positioning.neighbours import (
-    ANCHOR,
-    BLIND,
-    anchor_codes,
-    select_nearest,
-)
+from covertool.positioning.grid import ANCHOR, BLIND, build_grid
+from covertool.positioning.neighbours import anchor_codes, select_nearest
 from covertool.positioning.options import PositioningOptions
 from tests.positioning.circuit import circuit
 from tests.positioning.reference import plain_ekf, plain_gcpso

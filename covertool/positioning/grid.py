@@ -10,18 +10,25 @@ from covertool.model import Floats
 from covertool.positioning.kernel import copied, kernel
 from covertool.positioning.noise import Indices
 
+ANCHOR, PSEUDO_ANCHOR, BLIND = 1, 2, 3
+"""Priorities of the paper's section IV-D; 1 is the highest."""
+
 _POINTS_A_CELL = 2.0
 SLACK_M = 1e-6
 
 
 class Grid(NamedTuple):
-    """Points sorted by cell: those of cell ``c`` are rows ``start[c]`` to ``start[c + 1]``."""
+    """Points sorted by cell: those of cell ``c`` are rows ``start[c]`` to ``start[c + 1]``.
+
+    ``highest`` is the least number, and so the highest priority, among them.
+    """
 
     start: Indices
     x: Floats
     y: Floats
     code: Indices
     priority: Indices
+    highest: int
     x0: float
     y0: float
     cell_m: float
@@ -30,18 +37,34 @@ class Grid(NamedTuple):
 
 
 @kernel
-def _sort_into_cells(cell: Indices, cells: int) -> tuple[Indices, Indices]:
-    start = np.zeros(cells + 1, np.int64)
-    for c in cell:
-        start[c + 1] += 1
-    for c in range(cells):
-        start[c + 1] += start[c]
-    free = start[:-1].copy()
-    order = np.empty(cell.size, np.int64)
-    for i in range(cell.size):
-        order[free[cell[i]]] = i
-        free[cell[i]] += 1
-    return start, order
+def _sort_into_cells(
+    x: Floats,
+    y: Floats,
+    code: Indices,
+    priority: Indices,
+    x0: float,
+    y0: float,
+    cell_m: float,
+    columns: int,
+    rows: int,
+) -> tuple[Indices, Floats, Floats, Indices, Indices]:
+    """Return the start of each cell, and the points in the order of their cells."""
+    size = x.size
+    cell, start = np.empty(size, np.int64), np.zeros(columns * rows + 2, np.int64)
+    for i in range(size):
+        cell[i] = int((y[i] - y0) / cell_m) * columns + int((x[i] - x0) / cell_m)
+    for i in range(size):
+        start[cell[i] + 2] += 1
+    for c in range(2, start.size):
+        start[c] += start[c - 1]
+    sorted_x, sorted_y = np.empty(size), np.empty(size)
+    sorted_code, sorted_priority = np.empty(size, np.int64), np.empty(size, np.int64)
+    for i in range(size):
+        k = start[cell[i] + 1]  # one cell late, so that what is filled becomes the start
+        start[cell[i] + 1] += 1
+        sorted_x[k], sorted_y[k] = x[i], y[i]
+        sorted_code[k], sorted_priority[k] = code[i], priority[i]
+    return start[:-1], sorted_x, sorted_y, sorted_code, sorted_priority
 
 
 def build_grid(x: Floats, y: Floats, code: Indices, priority: Indices, radius_m: float) -> Grid:
@@ -56,18 +79,17 @@ def build_grid(x: Floats, y: Floats, code: Indices, priority: Indices, radius_m:
     """
     if x.size == 0:
         none = np.empty(0)
-        return Grid(np.zeros(2, np.int64), none, none, code, priority, 0.0, 0.0, radius_m, 1, 1)
+        start = np.zeros(2, np.int64)
+        return Grid(start, none, none, code, priority, BLIND, 0.0, 0.0, radius_m + 1.0, 1, 1)
     x0, y0 = float(x.min()), float(y.min())
     width, height = float(x.max()) - x0, float(y.max()) - y0
     share = _POINTS_A_CELL / x.size
     cell_m = max(radius_m / 8, (width * height * share) ** 0.5, max(width, height) * share)
-    columns, rows = int(width / cell_m) + 1, int(height / cell_m) + 1
-    column = ((x - x0) / cell_m).astype(np.int64)
-    row = ((y - y0) / cell_m).astype(np.int64)
-    start, order = _sort_into_cells(row * columns + column, columns * rows)
-    return Grid(
-        start, x[order], y[order], code[order], priority[order], x0, y0, cell_m, columns, rows
-    )
+    cell_m = max(cell_m, SLACK_M)
+    lattice = (x0, y0, cell_m, int(width / cell_m) + 1, int(height / cell_m) + 1)
+    x, y = np.ascontiguousarray(x), np.ascontiguousarray(y)
+    points = _sort_into_cells(x, y, code, priority, *lattice)
+    return Grid(*points, int(priority.min()), *lattice)
 
 
 @copied

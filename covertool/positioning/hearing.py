@@ -14,11 +14,8 @@ import numpy.typing as npt
 
 from covertool.errors import GeometryError
 from covertool.model import Floats, Trace
-from covertool.positioning.grid import Grid, build_grid
+from covertool.positioning.grid import ANCHOR, BLIND, PSEUDO_ANCHOR, Grid, build_grid
 from covertool.positioning.neighbours import (
-    ANCHOR,
-    BLIND,
-    PSEUDO_ANCHOR,
     Candidates,
     Selection,
     anchor_codes,

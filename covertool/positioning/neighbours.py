@@ -1,7 +1,7 @@
 """Whom a car ranges to: everyone in its communication zone, and the best three of them.
 
-Points lie in square cells. A car looks row by row outwards, and only as far as a better neighbour
-could be. Selection happens while looking: no list of pairs is made unless an option needs one.
+Points lie in square cells. A car looks at the rows of cells that its zone touches, and only as far
+as a better neighbour could be. No list of all pairs is made unless an option needs one.
 """
 
 from __future__ import annotations
@@ -12,12 +12,10 @@ from typing import NamedTuple
 import numpy as np
 
 from covertool.model import Floats
-from covertool.positioning.grid import SLACK_M, Grid, row_span, rows_within
-from covertool.positioning.kernel import copied, kernel
+from covertool.positioning.grid import ANCHOR, Grid, row_span, rows_within
+from covertool.positioning.kernel import kernel
+from covertool.positioning.nearest import Hits, best_of_all, insert, nobody
 from covertool.positioning.noise import ANCHOR_BIT, Indices
-
-ANCHOR, PSEUDO_ANCHOR, BLIND = 1, 2, 3
-"""Priorities of the paper's section IV-D; 1 is the highest."""
 
 GDOP_POOL = 8
 """Nearest candidates of the last priority among which the best geometry is sought."""
@@ -46,104 +44,6 @@ class Candidates(NamedTuple):
     dy: Floats
 
 
-@copied
-def _insert(
-    neighbour: Indices, priority: Indices, metric: Floats, count: int, code: int, p: int, d: float
-) -> int:
-    """Insert a candidate into the sorted best; equal ones go by number, whatever the order."""
-    most = neighbour.size
-    k = count
-    while k > 0 and (
-        p < priority[k - 1]
-        or (
-            p == priority[k - 1]
-            and (d < metric[k - 1] or (d == metric[k - 1] and code < neighbour[k - 1]))
-        )
-    ):
-        if k < most:
-            neighbour[k], priority[k] = neighbour[k - 1], priority[k - 1]
-            metric[k] = metric[k - 1]
-        k -= 1
-    if k == most:
-        return count
-    neighbour[k], priority[k], metric[k] = code, p, d
-    return min(count + 1, most)
-
-
-@copied
-def _scan(
-    grid: Grid,
-    car: int,
-    x: float,
-    y: float,
-    radius2: float,
-    neighbour: Indices,
-    priority: Indices,
-    metric: Floats,
-    count: int,
-) -> int:
-    last_place = neighbour.size - 1
-    radius_m = np.sqrt(radius2) + SLACK_M
-    u, v, reach = (x - grid.x0) / grid.cell_m, (y - grid.y0) / grid.cell_m, radius_m / grid.cell_m
-    left, right = int(max(u - reach, 0.0)), int(max(min(u + reach, grid.columns - 1.0), -1.0))
-    low, high = int(max(v - reach, 0.0)), int(max(min(v + reach, grid.rows - 1.0), -1.0))
-    if u + reach < 0.0 or v + reach < 0.0 or left > right or low > high:
-        return count
-    near = reach < 1.0  # three rows at most: to look at their whole width costs less than to trim
-    centre = min(max(int(v), low), high)
-    reach2 = radius2
-    for step in range(2 * max(centre - low, high - centre) + 1):
-        # 0, +1, -1, +2, -2 ...: what is found early shortens the way to go
-        row = centre + ((step + 1) // 2 if step % 2 else -(step // 2))
-        if row < low or row > high:
-            continue
-        if near:
-            first = grid.start[row * grid.columns + left]
-            last = grid.start[row * grid.columns + right + 1]
-        else:
-            first, last = row_span(grid, row, x, y, reach2)
-        for k in range(first, last):
-            dx, dy = grid.x[k] - x, grid.y[k] - y
-            d2 = dx * dx + dy * dy
-            if d2 > reach2:
-                continue
-            p = grid.priority[k]
-            if count > last_place and (
-                p > priority[last_place] or (p == priority[last_place] and d2 > metric[last_place])
-            ):
-                continue
-            if grid.code[k] != car:
-                count = _insert(neighbour, priority, metric, count, grid.code[k], p, d2)
-                if count > last_place and priority[last_place] == ANCHOR:
-                    reach2 = metric[last_place]
-    return count
-
-
-@kernel
-def _select_nearest(
-    cars: Grid, anchors: Grid, radius_m: float, most: int
-) -> tuple[Indices, Indices, Indices]:
-    n = cars.code.size
-    chosen = np.full((n, most), -1, np.int64)
-    count, known = np.zeros(n, np.int64), np.zeros(n, np.int64)
-    priority, metric, best = np.empty(most, np.int64), np.empty(most), np.empty(most, np.int64)
-    radius2 = radius_m * radius_m
-    best_car = cars.priority.min() if n > 0 else BLIND
-    for place in range(n):  # in the order of the cells, so that what is near is in the cache
-        i, own_x, own_y = cars.code[place], cars.x[place], cars.y[place]
-        filled = _scan(anchors, i, own_x, own_y, radius2, best, priority, metric, 0)
-        if filled < most or best_car == ANCHOR:
-            filled = _scan(cars, i, own_x, own_y, radius2, best, priority, metric, filled)
-        count[place] = filled
-        for k in range(filled):
-            chosen[place, k] = best[k]
-            known[place] += priority[k] == ANCHOR
-    back = np.empty(n, np.int64)
-    for place in range(n):
-        back[cars.code[place]] = place
-    return chosen[back], count[back], known[back]
-
-
 def select_nearest(cars: Grid, anchors: Grid, radius_m: float, most: int = 3) -> Selection:
     """Return for each car its best neighbours: by priority, then the nearest first.
 
@@ -155,14 +55,14 @@ def select_nearest(cars: Grid, anchors: Grid, radius_m: float, most: int = 3) ->
 
     Examples
     --------
-    >>> from covertool.positioning.grid import build_grid
+    >>> from covertool.positioning.grid import BLIND, build_grid
     >>> x, y = np.array([0.0, 3.0]), np.array([0.0, 4.0])
     >>> cars = build_grid(x, y, np.arange(2), np.full(2, BLIND), 5.0)
     >>> none = build_grid(x[:0], y[:0], np.arange(0), np.arange(0), 5.0)
     >>> select_nearest(cars, none, 5.0).neighbour[:, 0].tolist()
     [1, 0]
     """
-    return Selection(*_select_nearest(cars, anchors, radius_m, most))
+    return Selection(*best_of_all(cars, anchors, radius_m, most))
 
 
 @kernel
@@ -209,28 +109,14 @@ def list_candidates(x: Floats, y: Floats, cars: Grid, anchors: Grid, radius_m: f
     return out
 
 
-@kernel
-def _select_ranked(
-    listed: Candidates, metric: Floats, most: int
-) -> tuple[Indices, Indices, Indices]:
-    n = listed.start.size - 1
-    chosen = np.full((n, most), -1, np.int64)
-    count, known = np.zeros(n, np.int64), np.zeros(n, np.int64)
-    priority, ranked = np.empty(most, np.int64), np.empty(most)
-    for i in range(n):
-        filled = 0
-        for k in range(listed.start[i], listed.start[i + 1]):
-            code, p = listed.code[k], listed.priority[k]
-            filled = _insert(chosen[i], priority, ranked, filled, code, p, metric[k])
-        count[i] = filled
-        for k in range(filled):
-            known[i] += priority[k] == ANCHOR
-    return chosen, count, known
-
-
 def select_ranked(listed: Candidates, metric: Floats, most: int = 3) -> Selection:
     """Return for each car its best candidates: by priority, then by a metric of each candidate."""
-    return Selection(*_select_ranked(listed, metric, most))
+    cars = listed.start.size - 1
+    best = nobody(cars, most)
+    who = np.repeat(np.arange(cars), np.diff(listed.start))
+    hits = Hits(who, np.arange(who.size), metric)
+    insert(np.full(cars, -1), listed.code, listed.priority, hits, who.size, best)
+    return Selection(best.neighbour, best.filled, (best.priority == ANCHOR).sum(axis=1))
 
 
 def select_all(listed: Candidates) -> Selection:

@@ -6,11 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import KDTree
 
-from covertool.positioning.grid import build_grid
+from covertool.positioning.grid import ANCHOR, BLIND, PSEUDO_ANCHOR, build_grid
 from covertool.positioning.neighbours import (
-    ANCHOR,
-    BLIND,
-    PSEUDO_ANCHOR,
     anchor_codes,
     list_candidates,
     select_all,
@@ -112,3 +109,17 @@ def test_counts_in_the_zone_agree_with_a_kd_tree(radius):
     tree = KDTree(np.concatenate([car, anchor]))
     expected = [len(near) - 1 for near in tree.query_ball_point(car, radius)]
     assert np.diff(listed.start).tolist() == expected
+
+
+def test_a_zone_without_width_holds_what_is_at_the_same_place():
+    *_, moving, parked = _grids([[5, 5], [5, 5], [6, 5]], [BLIND] * 3, [[5, 5]], 0.0)
+    chosen = _chosen(select_nearest(moving, parked, 0.0))
+    assert chosen == [[ANCHOR_BIT, 1], [ANCHOR_BIT, 0], []]
+
+
+def test_a_crowd_at_one_place_is_heard_by_number():
+    """Many more points in one cell than are looked at together."""
+    *_, moving, parked = _grids([[0, 0]] * 700, [BLIND] * 700, np.zeros((500, 2)), 15.0)
+    assert _chosen(select_nearest(moving, parked, 15.0))[699] == [ANCHOR_BIT + k for k in range(3)]
+    *_, none = _grids([[0, 0]], [BLIND], [], 15.0)
+    assert _chosen(select_nearest(moving, none, 15.0))[1] == [0, 2, 3]

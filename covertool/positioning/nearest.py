@@ -1,0 +1,189 @@
+"""The best neighbours of every car: by priority, then the nearest first.
+
+A block of cars passes three loops, each simple enough to run without waiting for memory or for a
+branch: which cells a car's zone touches; which points in them lie in the zone; and which of those
+are its best. No list of all pairs is made.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from covertool.model import Floats
+from covertool.positioning.grid import ANCHOR, SLACK_M, Grid
+from covertool.positioning.kernel import kernel
+from covertool.positioning.noise import Indices
+
+BLOCK = 512
+"""Cars whose cells and best neighbours are in the cache together."""
+
+_ROOM = 64
+_ENOUGH = 16
+"""Points found in zones that are worth a look at whether they are better than the best so far."""
+
+_NOBODY = np.iinfo(np.int64).max
+
+
+class Best(NamedTuple):
+    """The best of each car so far, best first: (cars, most), and how many of them: (cars,)."""
+
+    neighbour: Indices
+    priority: Indices
+    metric: Floats
+    filled: Indices
+
+
+class _Spans(NamedTuple):
+    """Points in a row of cells that a zone touches: whose zone, which, and how far the row is."""
+
+    who: Indices
+    first: Indices
+    last: Indices
+    gap2: Floats
+
+
+class Hits(NamedTuple):
+    """Points in a zone: whose zone, which point of the grid, and its squared distance."""
+
+    who: Indices
+    where: Indices
+    metric: Floats
+
+
+@kernel
+def nobody(cars: int, most: int) -> Best:
+    """Return the best neighbours of cars that know of none yet."""
+    neighbour, priority = np.full((cars, most), -1), np.full((cars, most), _NOBODY)
+    return Best(neighbour, priority, np.full((cars, most), np.inf), np.zeros(cars, np.int64))
+
+
+@kernel
+def insert(
+    own: Indices, code: Indices, priority: Indices, hits: Hits, size: int, best: Best
+) -> None:
+    """Insert hits into the sorted best of their cars; equal ones go by number, not by order.
+
+    ``own`` are the codes of the cars, which do not hear themselves; ``code`` and ``priority`` those
+    of the points.
+    """
+    who, where, metric = hits.who, hits.where, hits.metric
+    neighbour, rank, distance, filled = best.neighbour, best.priority, best.metric, best.filled
+    most = neighbour.shape[1]
+    for h in range(size):
+        i, q, d = who[h], where[h], metric[h]
+        c, p, k = code[q], priority[q], filled[i]
+        if c == own[i]:
+            continue
+        while k > 0:
+            r, e = rank[i, k - 1], distance[i, k - 1]
+            if r < p or (r == p and (e < d or (e == d and neighbour[i, k - 1] <= c))):
+                break
+            if k < most:
+                neighbour[i, k], rank[i, k], distance[i, k] = neighbour[i, k - 1], r, e
+            k -= 1
+        if k < most:
+            neighbour[i, k], rank[i, k], distance[i, k] = c, p, d
+            filled[i] = min(filled[i] + 1, most)
+
+
+@kernel
+def _touched(x: Floats, y: Floats, grid: Grid, radius_m: float, best: Best, spans: _Spans) -> int:
+    """Write the cells that the zones touch, the row of each car first; return how many spans.
+
+    Cars whose best all go before the highest priority of the grid look at none.
+    """
+    who, first, last, gap2 = spans.who, spans.first, spans.last, spans.gap2
+    start, columns, rows, cells = grid.start, grid.columns, grid.rows, 1.0 / grid.cell_m
+    worst, highest, reach = best.priority[:, -1], grid.highest, (radius_m + SLACK_M) * cells
+    n, around = 0, 2 * int(reach) + 3
+    for i in range(x.size):
+        u, v = (x[i] - grid.x0) * cells, (y[i] - grid.y0) * cells
+        middle = math.floor(v)
+        for step in range(around):  # 0, +1, -1, +2 ...
+            row = middle + ((step + 1) // 2 if step % 2 else -(step // 2))
+            dy = max(row - v, v - row - 1.0, 0.0)
+            half = math.sqrt(max(reach * reach - dy * dy, 0.0))
+            left, right = max(u - half, 0.0), min(u + half, columns - 1.0)
+            begin = min(max(row, 0), rows - 1) * columns
+            who[n], gap2[n] = i, max(dy * grid.cell_m - SLACK_M, 0.0) ** 2
+            first[n] = start[begin + int(min(left, columns - 1.0))]
+            last[n] = start[begin + int(max(right, 0.0)) + 1]
+            inside = 0 <= row < rows and dy <= reach and right >= 0.0 and left < columns
+            n += inside and first[n] < last[n] and worst[i] >= highest
+    return n
+
+
+@kernel
+def _look(
+    x: Floats,
+    y: Floats,
+    own: Indices,
+    grid: Grid,
+    radius_m: float,
+    spans: _Spans,
+    size: int,
+    best: Best,
+) -> None:
+    """Look at the points of the spans, and not beyond the best of the highest priority."""
+    who, first, last, gap2 = spans.who, spans.first, spans.last, spans.gap2
+    points_x, points_y, code, priority = grid.x, grid.y, grid.code, grid.priority
+    worst, farthest, highest = best.priority[:, -1], best.metric[:, -1], grid.highest
+    hits = Hits(np.empty(_ROOM, np.int64), np.empty(_ROOM, np.int64), np.empty(_ROOM))
+    whose, where, metric = hits.who, hits.where, hits.metric
+    n, zone2 = 0, radius_m * radius_m
+    for s in range(size):
+        i, k = who[s], first[s]
+        own_x, own_y = x[i], y[i]
+        reach2 = farthest[i] if worst[i] == highest else zone2
+        if gap2[s] > reach2:
+            continue
+        while k < last[s]:
+            stop = min(last[s], k + _ROOM - n)
+            for q in range(k, stop):
+                dx, dy = points_x[q] - own_x, points_y[q] - own_y
+                d2 = dx * dx + dy * dy
+                whose[n], where[n], metric[n] = i, q, d2
+                n += d2 <= reach2
+            k = stop
+            if n >= _ENOUGH:
+                insert(own, code, priority, hits, n, best)
+                n = 0
+    insert(own, code, priority, hits, n, best)
+
+
+@kernel
+def _hand_out(
+    own: Indices, best: Best, neighbour: Indices, filled: Indices, anchors: Indices
+) -> None:
+    """Write the best of a block of cars to their own rows."""
+    for i in range(own.size):
+        known = 0
+        for k in range(neighbour.shape[1]):
+            neighbour[own[i], k] = best.neighbour[i, k]
+            known += best.priority[i, k] == ANCHOR
+        filled[own[i]], anchors[own[i]] = best.filled[i], known
+
+
+@kernel
+def best_of_all(
+    cars: Grid, anchors: Grid, radius_m: float, most: int
+) -> tuple[Indices, Indices, Indices]:
+    """Return for each car its best neighbours, how many, and how many of them are anchors."""
+    size, least_m = cars.code.size, min(cars.cell_m, anchors.cell_m)
+    neighbour = np.empty((size, most), np.int64)
+    filled, known = np.empty(size, np.int64), np.empty(size, np.int64)
+    room = BLOCK * (2 * int((radius_m + SLACK_M) / least_m) + 3)
+    whole = np.empty((3, room), np.int64)
+    spans = _Spans(whole[0], whole[1], whole[2], np.empty(room))
+    for first in range(0, size, BLOCK):
+        some = slice(first, min(first + BLOCK, size))
+        x, y, own = cars.x[some], cars.y[some], cars.code[some]
+        best = nobody(own.size, most)
+        for grid in (anchors, cars):
+            n = _touched(x, y, grid, radius_m, best, spans)
+            _look(x, y, own, grid, radius_m, spans, n, best)
+        _hand_out(own, best, neighbour, filled, known)
+    return neighbour, filled, known
