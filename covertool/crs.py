@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 import shapely
@@ -17,6 +18,9 @@ from pyproj.exceptions import CRSError as PyprojError
 
 from covertool.errors import CrsError
 from covertool.model import Bounds, Floats, Objects
+
+if TYPE_CHECKING:
+    import geopandas as gpd
 
 WGS84 = CRS.from_epsg(4326)
 IRISH_TM = CRS.from_epsg(2157)
@@ -57,6 +61,11 @@ def parse(text: str | CRS, where: str = "--crs") -> CRS:
 def is_image_plane(crs: CRS) -> bool:
     """Return True for the engineering CRS of a picture, which has no place on Earth."""
     return crs.is_engineering or crs.type_name == "Engineering CRS"
+
+
+def settled(crs: CRS) -> CRS:
+    """Return the CRS of a file; every image plane is the one that covertool computes in."""
+    return IMAGE_PLANE if is_image_plane(crs) else crs
 
 
 def name(crs: CRS) -> str:
@@ -143,6 +152,15 @@ def transform_geometries(geometries: Objects, source: CRS, target: CRS) -> Objec
 
     moved: Objects = shapely.transform(geometries, move)
     return moved
+
+
+def transform_frame(frame: gpd.GeoDataFrame, target: CRS) -> gpd.GeoDataFrame:
+    """Return a layer in another CRS, vertex by vertex, with all its columns."""
+    source = CRS.from_user_input(frame.crs)
+    if source == target:
+        return frame
+    moved = transform_geometries(np.asarray(frame.geometry.array, dtype=object), source, target)
+    return frame.set_geometry(list(moved), crs=None).set_crs(target, allow_override=True)
 
 
 def working_crs(source: CRS, bounds: Bounds) -> CRS:

@@ -109,10 +109,8 @@ def _detector() -> tuple[bool, str]:
     detector = default_detector()
     meadow = np.full((128, 128, 3), 90, dtype=np.uint8)
     seen = detector.detect(meadow, np.ones(meadow.shape[:2], dtype=bool))
-    name = type(detector).__name__
-    return len(
-        seen.score
-    ) == 0, f"{name} at {detector.gsd_m:g} m sees {len(seen.score)} cars in a grey square"
+    name, cars = type(detector).__name__, len(seen)
+    return cars == 0, f"{name} at {detector.gsd_m:g} m sees {cars} cars in a grey square"
 
 
 def _kernel_cache() -> tuple[bool, str]:

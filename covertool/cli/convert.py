@@ -11,13 +11,16 @@ from covertool.cli import options
 from covertool.cli.app import app
 from covertool.cli.console import say
 
+Source = Annotated[
+    str, typer.Argument(metavar="FILE[:LAYER]", help="Anchors (points) or a transit area.")
+]
+Output = Annotated[Path, typer.Argument(metavar="OUT.parquet", help="The GeoParquet to write.")]
+
 
 @app.command()
 def convert(
-    source: Annotated[
-        str, typer.Argument(metavar="FILE[:LAYER]", help="Anchors (points) or a transit area.")
-    ],
-    output: Annotated[Path, typer.Argument(metavar="OUT.parquet", help="The GeoParquet to write.")],
+    source: Source,
+    output: Output,
     overwrite: options.Overwrite = False,
     crs: options.Crs = None,
     dst_crs: options.DstCrs = None,
@@ -34,17 +37,12 @@ def convert(
     Polygons are taken for a transit area and cut in small pieces. For other formats and layers
     use covertool export.
     """
-    import numpy as np
-    import shapely
-
     from covertool.gis.layers import read_layer
     from covertool.gis.parquet import write_anchors
     from covertool.gis.read import read_anchors, read_transit
     from covertool.gis.sources import write_transit
 
-    layer = read_layer(source, "anchors", crs)
-    kinds = shapely.get_type_id(layer.geometries)
-    if np.isin(kinds, (3, 6)).any():
+    if read_layer(source, "anchors", crs).is_areal:
         transit = read_transit(source, crs=crs, dst_crs=dst_crs)
         write_transit(output, transit, overwrite=overwrite)
         say(f"wrote a transit area of {transit.area_m2:,.0f} m2 to {output}")

@@ -113,7 +113,8 @@ def _is_column(text: str, head: str, last: str) -> bool:
         return False
     from covertool.gis.formats import VECTOR_FORMATS
     from covertool.gis.guard import input_file
-    from covertool.gis.layers import geometry_layers, readable
+    from covertool.gis.layers import geometry_layers
+    from covertool.gis.sqlite import readable
 
     path, known = input_file(head, VECTOR_FORMATS)
     if not known.layers:

@@ -47,16 +47,14 @@ def mask_outlines(raster: RasterSource) -> Objects:
 
 def _half(raster: RasterSource) -> float:
     """Return half of the mask's greatest value, after a look at what values it holds."""
-    tops = [_brightest(raster, *block) for block in _blocks(raster)] if _small(raster) else None
-    greatest = max(
-        float(top.max()) for top in (tops or (_brightest(raster, *b) for b in _blocks(raster)))
-    )
+    greatest = max(float(_brightest(raster, *block).max()) for block in _blocks(raster))
     if greatest <= 0:
         raise GeometryError(
             "the mask holds no transit pixel", raster.name, "draw the carriageway in white on black"
         )
     between = total = 0
-    for top in tops or (_brightest(raster, *block) for block in _blocks(raster)):
+    for block in _blocks(raster):
+        top = _brightest(raster, *block)
         between += int(((top > 0.1 * greatest) & (top < 0.9 * greatest)).sum())
         total += top.size
     if between > _MOST_BETWEEN * total:
@@ -68,11 +66,8 @@ def _half(raster: RasterSource) -> float:
     return greatest / 2
 
 
-def _small(raster: RasterSource) -> bool:
-    return raster.width * raster.height <= _BLOCK_PX**2
-
-
 def _blocks(raster: RasterSource) -> list[tuple[int, int, int, int]]:
+    """Return x, y, width and height of the windows in which a mask is read."""
     return [
         (x, y, min(_BLOCK_PX, raster.width - x), min(_BLOCK_PX, raster.height - y))
         for y in range(0, raster.height, _BLOCK_PX)

@@ -107,12 +107,12 @@ class Mosaic:
         taken = np.zeros((height, width), dtype=bool)
         found = []
         for member, (x, y) in zip(self.members, self.offsets, strict=True):
-            if x0 < x + member.width and x < x0 + width and y0 < y + member.height:
-                if y >= y0 + height:
-                    continue
-                here = member.valid(x0 - x, y0 - y, width, height) & ~taken
-                taken |= here
-                found.append((member, x, y, here))
+            beside = x0 >= x + member.width or x >= x0 + width
+            if beside or y0 >= y + member.height or y >= y0 + height:
+                continue
+            here = member.valid(x0 - x, y0 - y, width, height) & ~taken
+            taken |= here
+            found.append((member, x, y, here))
         return found
 
 

@@ -20,12 +20,10 @@ from covertool.extract.sites import ParkedRule, judge
 from covertool.extract.stretch import Stretch
 from covertool.extract.windows import CORE_PX, Window, WorkingGrid, detect_in_window
 from covertool.model import Anchors, Floats, Objects, RasterSource, TransitArea, Vehicles
+from covertool.model.sources import COARSEST_GSD_M
 from covertool.spread import Ledger, spread
 
 _LOG = logging.getLogger(__name__)
-
-COARSEST_GSD_M = 0.35
-"""At 0.35 m a car is 5 pixels wide; beyond it a car and its shadow can no longer be told apart."""
 
 
 @dataclass(frozen=True)
@@ -124,6 +122,21 @@ def extract_vehicles(
     OptionError
         When the pixels are too coarse, the threshold is out of range, or several images have no
         place on Earth.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from covertool.extract.detectors import named_detector
+    >>> from covertool.gis.geotiff import open_raster
+    >>> from covertool.gis.picture import write_picture
+    >>> road = np.full((160, 160, 3), 90, dtype=np.uint8)
+    >>> road[69:91, 76:85] = 230
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_picture(f"{folder}/road.png", road)
+    ...     image = open_raster(f"{folder}/road.png", gsd_m=0.20)
+    ...     found = extract_vehicles(image, named_detector("classical"))
+    >>> len(found.vehicles), found.pixels
+    (1, 25600)
     """
     sources = list(rasters) if isinstance(rasters, Sequence) else [rasters]
     images = mosaics(sources)
@@ -183,7 +196,7 @@ def _refuse_coarse(image: Mosaic, force: bool) -> None:
             image.name,
             "use finer imagery, or --force to go on all the same",
         )
-    _LOG.warning("warning: %s: pixels of %.3g m are coarse; cars are missed", image.name, coarse)
+    _LOG.warning("%s: pixels of %.3g m are coarse; cars are missed", image.name, coarse)
 
 
 def _placed(found: Detections, image: Mosaic, grid: WorkingGrid, crs: CRS) -> Vehicles:

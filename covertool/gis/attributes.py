@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -151,17 +151,18 @@ def origins(table: Table) -> Objects:
 
 def texts(table: Table, name: str) -> Objects:
     """Return a column of text with None where there is nothing."""
-    found = table.column(name)
-    values = np.full(table.size, None, dtype=object)
-    if found is not None:
-        values[present(found)] = [str(value) for value in found[present(found)]]
-    return values
+    return _each(table, name, str)
 
 
 def flags(table: Table, name: str) -> Objects:
     """Return a column of True, False and None."""
+    return _each(table, name, bool)
+
+
+def _each(table: Table, name: str, kind: Callable[[Any], object]) -> Objects:
+    """Return a column whose cells are of a kind, None where there is nothing."""
     found = table.column(name)
     values = np.full(table.size, None, dtype=object)
     if found is not None:
-        values[present(found)] = [bool(value) for value in found[present(found)]]
+        values[present(found)] = [kind(value) for value in found[present(found)]]
     return values

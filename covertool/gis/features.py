@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import sqlite3
 from collections.abc import Iterator, Sequence
-from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -21,6 +20,7 @@ import shapely
 from pyproj import CRS
 from pyproj.exceptions import CRSError
 
+from covertool.gis.sqlite import quoted, read_only
 from covertool.model import Objects
 
 Column = npt.NDArray[Any]
@@ -66,7 +66,7 @@ def feature_layers(path: Path) -> list[str]:
     sqlite3.Error
         When the file is damaged or no GeoPackage.
     """
-    with _opened(path) as connection:
+    with read_only(path) as connection:
         rows = connection.execute(
             "SELECT c.table_name FROM gpkg_contents c JOIN gpkg_geometry_columns g"
             " ON lower(c.table_name) = lower(g.table_name) ORDER BY c.rowid"
@@ -82,19 +82,19 @@ def read_features(path: Path, layer: str) -> Features:
     sqlite3.Error, UnicodeError
         When the file is damaged or no GeoPackage.
     """
-    with _opened(path) as connection:
+    with read_only(path) as connection:
         shape, srs_id = connection.execute(
             "SELECT column_name, srs_id FROM gpkg_geometry_columns WHERE lower(table_name) = ?",
             (layer.lower(),),
         ).fetchone()
-        declared = connection.execute(f"PRAGMA table_info({_quoted(layer)})").fetchall()
+        declared = connection.execute(f"PRAGMA table_info({quoted(layer)})").fetchall()
         kinds = {
             str(name): str(kind).upper()
             for _, name, kind, _, _, key in declared
             if name.lower() != shape.lower() and not (key and str(kind).upper() == "INTEGER")
         }
-        names = ", ".join(_quoted(name) for name in (*kinds, shape))
-        cursor = connection.execute(f"SELECT {names} FROM {_quoted(layer)}")
+        names = ", ".join(quoted(name) for name in (*kinds, shape))
+        cursor = connection.execute(f"SELECT {names} FROM {quoted(layer)}")
         parts = [_part(rows, kinds) for rows in _batches(cursor)]
         columns = {
             name: np.concatenate([np.empty(0, object), *(columns[name] for columns, _, _ in parts)])
@@ -106,19 +106,6 @@ def read_features(path: Path, layer: str) -> Features:
             _crs(connection, srs_id),
             all(straight for _, _, straight in parts),
         )
-
-
-@contextmanager
-def _opened(path: Path) -> Iterator[sqlite3.Connection]:
-    """Yield a connection that cannot write and trusts nothing that the file's schema calls."""
-    uri = f"{path.absolute().as_uri()}?mode=ro"
-    with closing(sqlite3.connect(uri, uri=True)) as connection:
-        connection.execute("PRAGMA trusted_schema = OFF")
-        yield connection
-
-
-def _quoted(name: str) -> str:
-    return '"' + name.replace('"', '""') + '"'
 
 
 def _batches(cursor: sqlite3.Cursor) -> Iterator[list[tuple[Any, ...]]]:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from covertool.gis import guard
-from covertool.gis.formats import Format
+from covertool.gis.formats import Format, by_suffix
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -24,6 +24,15 @@ _UNDATED: dict[str, dict[str, Any]] = {
 }
 
 _ABOUT = {"PNG": "Description", "PDF": "Subject", "SVG": "Description"}
+
+
+def is_figure(path: Path) -> bool:
+    """Return True for a path whose extension is that of a figure.
+
+    >>> is_figure(Path("map.PNG")), is_figure(Path("map.gpkg"))
+    (True, False)
+    """
+    return by_suffix(path, FIGURE_FORMATS) is not None
 
 
 def write_figure(

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 from covertool.errors import FileError, OptionError
 from covertool.gis import guard
 from covertool.gis.columns import Parts, geometry_column, has_geometry, layer_kind, typed
-from covertool.gis.layers import snapshot
 from covertool.gis.qml import qml
 from covertool.gis.sld import sld
+from covertool.gis.sqlite import quoted, read_only, snapshot
 from covertool.gis.styles import Style, choices, style_of
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ def read_metadata(path: Path) -> dict[str, str]:
         When the file is damaged.
     """
     try:
-        with closing(_connect_read_only(path)) as connection:
+        with read_only(path) as connection:
             columns = connection.execute("SELECT name FROM pragma_table_info('metadata')")
             if not {("key",), ("value",)} <= set(columns.fetchall()):
                 return {}
@@ -99,12 +99,6 @@ def read_metadata(path: Path) -> dict[str, str]:
             f"the file cannot be read: {error}", str(path), "copy it again, or make it anew"
         ) from None
     return {str(key): str(value) for key, value in rows}
-
-
-def _connect_read_only(path: Path) -> sqlite3.Connection:
-    connection = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True)
-    connection.execute("PRAGMA trusted_schema = OFF")
-    return connection
 
 
 @contextmanager
@@ -205,10 +199,9 @@ def _insert_style(
 
 def _check(temporary: Path, path: Path, rows: Mapping[str, int]) -> None:
     """Reopen the file and count: what was written must be there."""
-    with closing(_connect_read_only(temporary)) as connection:
+    with read_only(temporary) as connection:
         for name, expected in rows.items():
-            quoted = name.replace('"', '""')
-            count = connection.execute(f'SELECT count(*) FROM "{quoted}"').fetchone()[0]
+            count = connection.execute(f"SELECT count(*) FROM {quoted(name)}").fetchone()[0]
             if count != expected:
                 raise FileError(
                     f"{count} of {expected} rows of the layer {name} arrived",

@@ -77,8 +77,7 @@ def open_raster(
 def _raster_crs(dataset: Any) -> CRS | None:
     if dataset.crs is None:
         return None
-    found = CRS.from_wkt(dataset.crs.to_wkt())
-    return crs_door.IMAGE_PLANE if crs_door.is_image_plane(found) else found
+    return crs_door.settled(CRS.from_wkt(dataset.crs.to_wkt()))
 
 
 def _settled(found: CRS | None, assigned: CRS | None, path: Path) -> CRS:
@@ -155,7 +154,7 @@ def _raster(
         )
     if crs_door.is_web_mercator(raster_crs):
         _LOG.warning(
-            "warning: %s: the metres of %s are 1 / cos(latitude) too long; corrected",
+            "%s: the metres of %s are 1 / cos(latitude) too long; corrected",
             path,
             crs_door.name(raster_crs),
         )

@@ -107,11 +107,12 @@ def _require_content(path: Path, known: Format) -> None:
             "give the file its true extension, or write it again",
         )
 
-    if known.ending and known.ending not in _tail(path):
+    if known.ending and known.ending not in tail(path):
         raise FileError(f"the {known.name} file is cut off", str(path), "copy or export it again")
 
 
-def _tail(path: Path) -> bytes:
+def tail(path: Path) -> bytes:
+    """Return the last bytes of a file, 4096 of them if it has so many."""
     with path.open("rb") as file:
         file.seek(max(0, path.stat().st_size - _HEAD))
         return file.read()
@@ -236,6 +237,14 @@ def _lives(process: int) -> bool:
     except OSError:
         return True
     return True
+
+
+def unread(path: Path, error: BaseException) -> FileError:
+    """Return the error that says that and why a file was not read."""
+    told = str(error).replace(str(path), path.name)
+    return FileError(
+        f"the file cannot be read: {told}", str(path), "check it in QGIS, or write it again"
+    )
 
 
 def unwritten(path: Path, error: BaseException) -> FileError:

@@ -32,11 +32,10 @@ from covertool.gis.geotiff import open_raster
 from covertool.gis.layers import Layer, read_layer
 from covertool.gis.repair import finite
 from covertool.gis.study import layer_names, read_tables, table_names
+from covertool.model.sources import COARSEST_GSD_M
 
 if TYPE_CHECKING:
     import geopandas as gpd
-
-_COARSEST_GSD_M = 0.35
 
 
 @dataclass(frozen=True)
@@ -220,8 +219,8 @@ def _pixels(path: Path, known: Format) -> Part:
         raster = open_raster(path)
         across_m, down_m = raster.gsd_m(raster.width / 2, raster.height / 2)
         facts.append(f"GSD {across_m:.4g} m across, {down_m:.4g} m down, in the middle")
-        if max(across_m, down_m) > _COARSEST_GSD_M:
-            problems.append(f"pixels above {_COARSEST_GSD_M} m are too coarse to find cars in")
+        if max(across_m, down_m) > COARSEST_GSD_M:
+            problems.append(f"pixels above {COARSEST_GSD_M} m are too coarse to find cars in")
     except CovertoolError as error:
         problems.append(f"{error.what}: {error.mend}")
     return Part("pixels", kind, rows, crs, bounds, (), tuple(facts), tuple(problems))  # type: ignore[arg-type]

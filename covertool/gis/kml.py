@@ -12,7 +12,8 @@ import numpy as np
 import shapely
 
 from covertool.gis.columns import typed
-from covertool.gis.styles import Choice, Style, choices, style_of
+from covertool.gis.styles import PIXELS_PER_MM, Choice, Style, choices, rgb, style_of
+from covertool.gis.textfile import speakable
 
 if TYPE_CHECKING:
     import geopandas as gpd
@@ -25,14 +26,9 @@ _HEAD = """<?xml version="1.0" encoding="UTF-8"?>
 <name>{name}</name>
 """
 _DEFAULT = Style("line", "#333333", 0.8, 0.4)
-_PIXELS_PER_MM = 96 / 25.4
 _MARKER_SCALE = 0.35  # of the globe's own pin
 _MANY = 100_000  # features, beyond which globes grow slow
 _NAMES = ("name", "id", "segment_id", "vehicle", "zone")
-# Characters that XML 1.0 cannot hold at all.
-_UNSPEAKABLE = dict.fromkeys(
-    [*range(9), 11, 12, *range(14, 32), 0xFFFE, 0xFFFF], "\N{REPLACEMENT CHARACTER}"
-)
 
 
 def write_kml(
@@ -58,7 +54,7 @@ def write_kml(
             count += _write_folder(file, id_, layer, part, choice)
         file.write("</Document>\n</kml>\n")
     if count > _MANY:
-        _LOG.warning("warning: %s: %d placemarks are slow in a globe; a .gpkg is not", path, count)
+        _LOG.warning("%s: %d placemarks are slow in a globe; a .gpkg is not", path, count)
     return count
 
 
@@ -146,7 +142,7 @@ def _coordinates(shape: Any) -> str:
 def _style(name: str, style: Style) -> str:
     """Return a shared style; KML writes colours as alpha, blue, green, red."""
     drawn = style.outline or style.colour
-    width = max(round(style.size_mm * _PIXELS_PER_MM, 1), 1.0)
+    width = max(round(style.size_mm * PIXELS_PER_MM, 1), 1.0)
     line = f"<LineStyle><color>{_abgr(drawn, 1.0)}</color><width>{width:g}</width></LineStyle>"
     if style.kind == "marker":
         look = (
@@ -163,7 +159,8 @@ def _style(name: str, style: Style) -> str:
 
 
 def _abgr(colour: str, opacity: float) -> str:
-    return f"{round(255 * opacity):02x}{colour[5:7]}{colour[3:5]}{colour[1:3]}"
+    red, green, blue = rgb(colour)
+    return f"{round(255 * opacity):02x}{blue:02x}{green:02x}{red:02x}"
 
 
 def _id(layer: str, choice: Choice | None) -> str:
@@ -173,4 +170,4 @@ def _id(layer: str, choice: Choice | None) -> str:
 
 
 def _text(value: object) -> str:
-    return escape(str(value).translate(_UNSPEAKABLE))
+    return escape(speakable(str(value)))

@@ -3,12 +3,8 @@
 from __future__ import annotations
 
 import logging
-import shutil
 import sqlite3
-import tempfile
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -32,6 +28,8 @@ from covertool.gis.formats import (
     VECTOR_FORMATS,
     Format,
 )
+from covertool.gis.repair import POLYGONS
+from covertool.gis.sqlite import readable
 from covertool.model import Objects
 
 if TYPE_CHECKING:
@@ -63,6 +61,11 @@ class Layer:
     def rows(self, rows: npt.NDArray[np.bool_ | np.integer[Any]]) -> dict[str, Column]:
         """Return the columns of some rows, named by number or by True."""
         return {name: values[rows] for name, values in self.columns.items()}
+
+    @property
+    def is_areal(self) -> bool:
+        """Whether the layer holds polygons."""
+        return bool(np.isin(shapely.get_type_id(self.geometries), POLYGONS).any())
 
     @property
     def frame(self) -> gpd.GeoDataFrame:
@@ -145,89 +148,30 @@ def geometry_layers(opened: Path, path: Path) -> list[str]:
         try:
             return feature_layers(opened)
         except sqlite3.Error as error:
-            raise _unreadable(path, error) from None
-    import pyogrio
-
-    try:
-        listed = pyogrio.list_layers(opened)
-    except (pyogrio.errors.DataSourceError, UnicodeError) as error:
-        raise _unreadable(path, error) from None
-    return [str(name) for name, kind in listed if kind is not None]
+            raise guard.unread(path, error) from None
+    return [name for name, kind in _listed(opened, path) if kind is not None]
 
 
 def attribute_tables(opened: Path, path: Path) -> list[str]:
     """Return the names of the tables of a GeoPackage that hold no geometry."""
+    return [name for name, kind in _listed(opened, path) if kind is None]
+
+
+def _listed(opened: Path, path: Path) -> list[tuple[str, str | None]]:
+    """Return the name and the kind of geometry of each layer, None for a table."""
     import pyogrio
 
     try:
-        listed = pyogrio.list_layers(opened)
+        return [(str(name), kind) for name, kind in pyogrio.list_layers(opened)]
     except (pyogrio.errors.DataSourceError, UnicodeError) as error:
-        raise _unreadable(path, error) from None
-    return [str(name) for name, kind in listed if kind is None]
-
-
-@contextmanager
-def readable(path: Path, known: Format) -> Iterator[Path]:
-    """Yield a path to read from that leaves nothing beside the user's file.
-
-    A GeoPackage that another program holds open in WAL mode is read from a copy of the file and
-    its log; SQLite would else write ``-wal`` and ``-shm`` files beside it.
-    """
-    if known is not GEOPACKAGE:
-        yield path
-        return
-    with path.open("rb") as file:
-        wal_mode = file.read(20)[18:20] == b"\x02\x02"
-    if not wal_mode:
-        _require_unlocked(path)
-        yield path
-        return
-    with tempfile.TemporaryDirectory(prefix="covertool-") as folder:
-        copy = Path(folder) / "snapshot.gpkg"
-        snapshot(path, copy)
-        yield copy
-
-
-def snapshot(path: Path, copy: Path) -> None:
-    """Copy a SQLite file with its write-ahead log, and leave the copy in rollback mode."""
-    shutil.copyfile(path, copy)
-    log = path.with_name(path.name + "-wal")
-    if log.is_file():
-        shutil.copyfile(log, copy.with_name(copy.name + "-wal"))
-    try:
-        connection = sqlite3.connect(copy)
-        try:
-            connection.execute("PRAGMA journal_mode=DELETE").fetchall()
-        finally:
-            connection.close()
-    except sqlite3.Error as error:
-        raise _unreadable(path, error) from None
-
-
-def _require_unlocked(path: Path) -> None:
-    try:
-        connection = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=1)
-        try:
-            connection.execute("SELECT count(*) FROM sqlite_master").fetchone()
-        finally:
-            connection.close()
-    except sqlite3.OperationalError as error:
-        if "locked" in str(error):
-            raise FileError(
-                "the file is locked by another program",
-                str(path),
-                "close it there (or let it finish) and try again",
-            ) from None
-        raise _unreadable(path, error) from None
-    except sqlite3.DatabaseError as error:
-        raise _unreadable(path, error) from None
+        raise guard.unread(path, error) from None
 
 
 def _read_geopackage(opened: Path, path: Path, layer: str) -> Features:
     try:
         features = read_features(opened, layer)
     except (sqlite3.Error, UnicodeError) as error:
-        raise _unreadable(path, error) from None
+        raise guard.unread(path, error) from None
     if features.straight:
         return features
     # GDAL draws curves as chords, and drops what cannot be read.
@@ -248,7 +192,7 @@ def _read_ogr(opened: Path, path: Path, layer: str) -> Features:
         shapely.errors.ShapelyError,
         UnicodeError,
     ) as error:
-        raise _unreadable(path, error) from None
+        raise guard.unread(path, error) from None
     if not isinstance(frame, gpd.GeoDataFrame):
         raise GeometryError("the layer holds no geometry", f"{path}:{layer}", "name another layer")
     return _of_frame(frame)
@@ -274,20 +218,13 @@ def _read_parquet(path: Path, assigned: CRS | None) -> gpd.GeoDataFrame:
         return gpd.read_parquet(path)
     except (ValueError, KeyError) as error:
         if "geo" not in str(error).lower():
-            raise _unreadable(path, error) from None
+            raise guard.unread(path, error) from None
     except (pa.ArrowException, OSError) as error:
-        raise _unreadable(path, error) from None
+        raise guard.unread(path, error) from None
     try:
         return tables.to_points(pd.read_parquet(path), str(path), assigned)
     except (pa.ArrowException, OSError) as error:
-        raise _unreadable(path, error) from None
-
-
-def _unreadable(path: Path, error: Exception) -> FileError:
-    told = str(error).replace(str(path), path.name)
-    return FileError(
-        f"the file cannot be read: {told}", str(path), "check it in QGIS, or write it again"
-    )
+        raise guard.unread(path, error) from None
 
 
 def _settle_crs(read: Features, known: Format, assigned: CRS | None, where: str) -> CRS:
@@ -300,7 +237,7 @@ def _settle_crs(read: Features, known: Format, assigned: CRS | None, where: str)
         return found
     if known is GEOJSON and found == crs_door.WGS84 and not _looks_like_degrees(read.geometries):
         _LOG.warning(
-            "warning: %s: its numbers are not the WGS 84 degrees of RFC 7946; read as %s",
+            "%s: its numbers are not the WGS 84 degrees of RFC 7946; read as %s",
             where,
             crs_door.name(assigned),
         )
@@ -315,8 +252,7 @@ def _settle_crs(read: Features, known: Format, assigned: CRS | None, where: str)
 def _named_crs(crs: CRS | None) -> CRS | None:
     if crs is None or crs.name.lower().startswith("undefined"):
         return None
-    found = CRS.from_user_input(crs)
-    return crs_door.IMAGE_PLANE if crs_door.is_image_plane(found) else found
+    return crs_door.settled(CRS.from_user_input(crs))
 
 
 def _looks_like_degrees(geometries: Objects) -> bool:

@@ -16,7 +16,7 @@ from rasterio.windows import Window
 from covertool.errors import FileError
 from covertool.gis import guard
 from covertool.gis.formats import RASTER_FORMATS
-from covertool.gis.styles import LEVEL_COLOURS, TRANSIT_COLOUR
+from covertool.gis.styles import LEVEL_COLOURS, TRANSIT_COLOUR, rgb
 
 NODATA = 255
 _TILE = 512
@@ -105,10 +105,7 @@ def _write_tiled(
 
 def _colours() -> dict[int, tuple[int, int, int, int]]:
     named = {0: TRANSIT_COLOUR, **LEVEL_COLOURS}
-    table = {
-        level: (int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16), 255)
-        for level, colour in named.items()
-    }
+    table = {level: (*rgb(colour), 255) for level, colour in named.items()}
     return {**table, NODATA: (0, 0, 0, 0)}
 
 

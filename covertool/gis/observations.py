@@ -1,20 +1,17 @@
-"""Observation tables in Parquet and CSV: written batch by batch, put in place whole."""
+"""Observation tables in Parquet and CSV."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from covertool.errors import FileError
-from covertool.gis import guard
-from covertool.gis.formats import CSV, GEOPARQUET
+from covertool.gis.records import is_csv, write_records
 from covertool.model import Observations
 
 if TYPE_CHECKING:
     import pandas as pd
-
-FORMATS = (GEOPARQUET, CSV)
+    import pyarrow as pa
 
 
 def write_observations(
@@ -27,23 +24,21 @@ def write_observations(
     FileError
         When the path cannot be written, or the written file does not hold every row.
     """
-    target, known = guard.output_file(path, FORMATS, overwrite=overwrite)
-    with guard.replacing(target) as temporary:
-        write, count = (
-            (_write_csv, _count_csv) if known is CSV else (_write_parquet, _count_parquet)
-        )
-        rows = write(temporary, (batch.to_frame() for batch in batches))
-        if count(temporary) != rows:
-            raise FileError("rows were lost in writing", str(target), "check the disk's free space")
-    return rows
+    frames = (batch.to_frame() for batch in batches)
+    schema = _schema()
+    if is_csv(path):
+        # Lines do not fit a text table; the segment's id is what a CSV joins by.
+        schema = schema.remove(schema.get_field_index("line"))
+        frames = (_as_text(frame.drop(columns="line")) for frame in frames)
+    return write_records(path, frames, schema=schema, overwrite=overwrite)
 
 
-def _write_parquet(path: Path, frames: Iterator[pd.DataFrame]) -> int:
+def _schema() -> pa.Schema:
+    """Return the columns of an observation table."""
     import pyarrow as pa
-    import pyarrow.parquet as pq
 
     moment, number = pa.timestamp("us", tz="UTC"), pa.float64()
-    schema = pa.schema(
+    return pa.schema(
         [
             ("segment_id", pa.string()),
             ("time", moment),
@@ -55,41 +50,13 @@ def _write_parquet(path: Path, frames: Iterator[pd.DataFrame]) -> int:
             ("line", pa.binary()),
         ]
     )
-    rows = 0
-    with pq.ParquetWriter(path, schema) as writer:
-        for frame in frames:
-            writer.write_table(pa.Table.from_pandas(frame, schema=schema, preserve_index=False))
-            rows += len(frame)
-    return rows
 
 
-def _write_csv(path: Path, frames: Iterator[pd.DataFrame]) -> int:
-    rows = 0
-    with path.open("w", encoding="utf-8", newline="") as file:
-        for place, frame in enumerate(frames):
-            # Lines do not fit a text table; the segment's id is what a CSV joins by.
-            text = frame.drop(columns="line")
-            for name in ("time", "until"):
-                text[name] = text[name].map(_iso, na_action="ignore")
-            text.to_csv(file, index=False, header=place == 0, lineterminator="\n")
-            rows += len(frame)
-        if rows == 0:
-            file.write("segment_id,time,until,status,relative_speed,speed_mps,queue_m\n")
-    return rows
+def _as_text(frame: pd.DataFrame) -> pd.DataFrame:
+    """Return a table with its moments in ISO 8601."""
+    moments = {name: frame[name].map(_iso, na_action="ignore") for name in ("time", "until")}
+    return frame.assign(**moments)
 
 
 def _iso(moment: Any) -> str:
     return str(moment.isoformat())
-
-
-def _count_parquet(path: Path) -> int:
-    import pyarrow.parquet as pq
-
-    return int(pq.read_metadata(path).num_rows)
-
-
-def _count_csv(path: Path) -> int:
-    import csv
-
-    with path.open(encoding="utf-8", newline="") as file:
-        return sum(1 for _ in csv.reader(file)) - 1

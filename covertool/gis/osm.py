@@ -62,14 +62,6 @@ def read_parking_areas(path: str | Path) -> gpd.GeoDataFrame:
     return _read(path, "SELECT * FROM multipolygons WHERE amenity = 'parking'")
 
 
-def read_buildings(path: str | Path) -> gpd.GeoDataFrame:
-    """Return the areas of an OSM extract that carry a ``building`` tag, in a working CRS.
-
-    The columns are those of `read_roads`.
-    """
-    return _read(path, "SELECT * FROM multipolygons WHERE building IS NOT NULL")
-
-
 def _read(path: str | Path, sql: str) -> gpd.GeoDataFrame:
     import pyogrio
 
@@ -143,17 +135,11 @@ def _require_whole(path: Path, kind: str) -> None:
     if kind == "OSM PBF":
         return
     try:
-        tail = _gzip_tail(path) if kind.startswith("gz") else _plain_tail(path)
+        tail = _gzip_tail(path) if kind.startswith("gz") else guard.tail(path)
     except (OSError, EOFError, zlib.error) as error:
         raise _broken(path, str(error)) from None
     if not tail.rstrip().endswith(b"</osm>"):
         raise _broken(path, "it ends before </osm>")
-
-
-def _plain_tail(path: Path) -> bytes:
-    with path.open("rb") as file:
-        file.seek(max(0, path.stat().st_size - _TAIL))
-        return file.read()
 
 
 def _gzip_tail(path: Path) -> bytes:

@@ -18,25 +18,41 @@ from covertool.gis.formats import GEOPARQUET
 from covertool.model import Anchors, Bounds
 
 if TYPE_CHECKING:
+    import geopandas as gpd
     import pyarrow as pa
 
-_ROWS_PER_GROUP = 16_384
+_ROWS_IN_GROUP = 16_384
 _COLUMNS = ("id", "x_m", "y_m", "radius_m", "device_class", "sigma_m", "origin")
 
 
 def write_anchors(path: str | Path, anchors: Anchors, *, overwrite: bool = False) -> None:
     """Write anchors as GeoParquet 1.1 along a Hilbert curve, in small row groups.
 
-    Neighbours on the curve are neighbours on the ground, so that each row group covers a small
-    area and `ParquetAnchors` can leave most of them unread.
+    `ParquetAnchors` reads of them only those near a place.
 
     Raises
     ------
     FileError
         When the path may not be written.
     """
-    checked, _ = guard.output_file(path, (GEOPARQUET,), overwrite=overwrite)
     frame = typed(anchors.to_frame())
+    write_along_curve(path, frame, rows_in_group=_ROWS_IN_GROUP, overwrite=overwrite)
+
+
+def write_along_curve(
+    path: str | Path, frame: gpd.GeoDataFrame, *, rows_in_group: int, overwrite: bool
+) -> None:
+    """Write a layer as GeoParquet 1.1, its rows in the order of a Hilbert curve.
+
+    Neighbours on the curve are neighbours on the ground, so that each row group covers a small
+    area and a reader can leave most of them unread.
+
+    Raises
+    ------
+    FileError
+        When the path may not be written, or not all rows arrived.
+    """
+    checked, _ = guard.output_file(path, (GEOPARQUET,), overwrite=overwrite)
     if len(frame) > 1:
         order = np.argsort(frame.geometry.hilbert_distance().to_numpy(), kind="stable")
         frame = frame.iloc[order]
@@ -46,9 +62,9 @@ def write_anchors(path: str | Path, anchors: Anchors, *, overwrite: bool = False
             index=False,
             write_covering_bbox=True,
             schema_version="1.1.0",
-            row_group_size=_ROWS_PER_GROUP,
+            row_group_size=rows_in_group,
         )
-        if _open(temporary).metadata.num_rows != len(anchors):
+        if open_parquet(temporary).metadata.num_rows != len(frame):
             raise FileError("not all rows arrived", str(path), "check free space and try again")
 
 
@@ -73,17 +89,16 @@ class ParquetAnchors:
 
     def __init__(self, path: str | Path) -> None:
         checked, _ = guard.input_file(path, (GEOPARQUET,))
-        file = _open(checked)
+        file = open_parquet(checked)
         missing = [name for name in _COLUMNS if name not in file.schema_arrow.names]
-        told = json.loads((file.metadata.metadata or {}).get(b"geo", b"{}"))
-        column = told.get("columns", {}).get(told.get("primary_column"), {})
+        column = geometry_column(file)
         if missing or column.get("crs") is None:
             raise ColumnError(
                 f"this is no GeoParquet of anchors (missing: {', '.join(missing) or 'CRS'})",
                 str(checked),
                 "write it with covertool convert",
             )
-        crs = CRS.from_json_dict(column["crs"])
+        crs = crs_door.settled(CRS.from_json_dict(column["crs"]))
         if not crs_door.is_working(crs):
             raise CrsError(
                 f"{crs_door.name(crs)} is not a conformal CRS in metres",
@@ -92,9 +107,7 @@ class ParquetAnchors:
             )
         bounds = tuple(column.get("bbox") or (np.nan,) * 4)
         object.__setattr__(self, "path", checked)
-        object.__setattr__(
-            self, "crs", crs_door.IMAGE_PLANE if crs_door.is_image_plane(crs) else crs
-        )
+        object.__setattr__(self, "crs", crs)
         object.__setattr__(self, "bounds", bounds)
 
     def read(self, bounds: Bounds | None = None) -> Anchors:
@@ -122,7 +135,21 @@ def _anchors(table: pa.Table, crs: CRS) -> Anchors:
     return Anchors(**columns, crs=crs)
 
 
-def _open(path: Path) -> Any:
+def geometry_column(file: Any) -> dict[str, Any]:
+    """Return what the header of a GeoParquet file says of its geometries; nothing in others."""
+    told = json.loads((file.metadata.metadata or {}).get(b"geo", b"{}"))
+    column: dict[str, Any] = told.get("columns", {}).get(told.get("primary_column"), {})
+    return column
+
+
+def open_parquet(path: Path) -> Any:
+    """Return an open Parquet file.
+
+    Raises
+    ------
+    FileError
+        When it is none.
+    """
     import pyarrow as pa
     import pyarrow.parquet as pq
 

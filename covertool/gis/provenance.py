@@ -15,6 +15,8 @@ from covertool import __version__
 from covertool.gis import guard
 
 _CHUNK = 1 << 20
+_PREFIX = "provenance "
+"""Of the key under which a study keeps what a verb was given."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +42,7 @@ class Provenance:
 
     def to_metadata(self) -> dict[str, str]:
         """Return one key for each verb and a JSON value, for the metadata table of a GeoPackage."""
-        return {f"provenance {self.verb}": json.dumps(self.to_json(), ensure_ascii=False)}
+        return {f"{_PREFIX}{self.verb}": json.dumps(self.to_json(), ensure_ascii=False)}
 
     def to_json(self) -> dict[str, Any]:
         """Return the content for the ``provenance`` key of a verb's JSON object."""
@@ -79,6 +81,37 @@ def provenance(
         seeds=tuple((seeds or {}).items()),
         versions=tuple(versions().items()),
     )
+
+
+def provenances(
+    metadata: Mapping[str, str],
+) -> tuple[dict[str, dict[str, Any]], dict[str, str]]:
+    """Return what the metadata of a study say of each verb that wrote into it, and the others.
+
+    Both come in the order of their keys; what is said of a verb and cannot be read is one of the
+    others.
+
+    >>> provenances({"title": "a town", "provenance extract": '{"seeds": {}}'})
+    ({'extract': {'seeds': {}}}, {'title': 'a town'})
+    """
+    told: dict[str, dict[str, Any]] = {}
+    others: dict[str, str] = {}
+    for key, text in sorted(metadata.items()):
+        content = _json_object(text) if key.startswith(_PREFIX) else None
+        if content is None:
+            others[key] = text
+        else:
+            told[key.removeprefix(_PREFIX)] = content
+    return told, others
+
+
+def _json_object(text: str) -> dict[str, Any] | None:
+    """Return the object that a text holds, None when it holds none."""
+    try:
+        content = json.loads(text)
+    except ValueError:
+        return None
+    return content if isinstance(content, dict) else None
 
 
 def sha256(path: Path) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from xml.sax.saxutils import quoteattr
 
-from covertool.gis.styles import Choice, Style
+from covertool.gis.styles import Choice, Style, rgb
 
 _QML = """<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>
 <qgis version="3.22" styleCategories="Symbology">
@@ -104,5 +104,5 @@ def _marker_size(style: Style) -> dict[str, str]:
 
 
 def _rgba(colour: str, opacity: float) -> str:
-    red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
+    red, green, blue = rgb(colour)
     return f"{red},{green},{blue},{round(255 * opacity)}"

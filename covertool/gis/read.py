@@ -12,10 +12,10 @@ from pyproj import CRS
 
 from covertool import crs as crs_door
 from covertool.errors import FileError, GeometryError
-from covertool.gis import attributes, guard, repair, tables, target
-from covertool.gis.formats import GEOPACKAGE
-from covertool.gis.layers import Layer, geo_frame, geometry_layers, read_layer, readable
+from covertool.gis import attributes, repair, tables, target
+from covertool.gis.layers import Layer, geo_frame, read_layer
 from covertool.gis.repair import Repairs
+from covertool.gis.study import layer_names
 from covertool.gis.target import AnyCrs
 from covertool.gis.vehicles import read_vehicles
 from covertool.model import Anchors, Floats, Objects, Study, TransitArea
@@ -46,6 +46,16 @@ def read_anchors(spec: str | Path, *, crs: AnyCrs = None, dst_crs: AnyCrs = None
     ------
     FileError, CrsError, ColumnError, GeometryError
         When the input cannot be used; what is repaired is counted in a logged warning.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     cars = Path(folder) / "cars.csv"
+    ...     _ = cars.write_text("lon,lat\\n-6.26,53.35\\n-6.26,53.36\\n")
+    ...     anchors = read_anchors(cars)
+    >>> len(anchors), anchors.crs.to_epsg()
+    (2, 2157)
     """
     layer = read_layer(spec, "anchors", crs)
     repairs = Repairs(layer.where)
@@ -80,6 +90,13 @@ def read_transit(spec: str | Path, *, crs: AnyCrs = None, dst_crs: AnyCrs = None
     ------
     FileError, CrsError, GeometryError
         When the input cannot be used or holds no area.
+
+    Examples
+    --------
+    >>> from covertool.gis.sample import SAMPLE_STUDY, sample_folder
+    >>> transit = read_transit(f"{sample_folder() / SAMPLE_STUDY}:transit")
+    >>> transit.crs.to_epsg(), transit.area_m2 > 0
+    (2157, True)
     """
     layer = read_layer(spec, "transit", crs)
     _, found, working = _polygons(layer, dst_crs)
@@ -105,23 +122,28 @@ def read_study(path: str | Path, *, dst_crs: AnyCrs = None) -> Study:
     ------
     FileError
         When the file is no GeoPackage or has none of these layers.
+
+    Examples
+    --------
+    >>> from covertool.gis.sample import SAMPLE_STUDY, sample_folder
+    >>> study = read_study(sample_folder() / SAMPLE_STUDY)
+    >>> study.anchors is not None and study.anchors.crs == study.transit.crs
+    True
     """
-    checked, known = guard.input_file(path, (GEOPACKAGE,))
-    with readable(checked, known) as opened:
-        names = geometry_layers(opened, checked)
+    names = layer_names(path)
     if not {"anchors", "transit", "vehicles"} & set(names):
         raise FileError(
             f"the study has no layer anchors, transit or vehicles (found: {', '.join(names)})",
-            str(checked),
+            str(path),
             "make one with covertool extract, or name layers with --anchors and --transit",
         )
-    transit = read_transit(f"{checked}:transit", dst_crs=dst_crs) if "transit" in names else None
+    transit = read_transit(f"{path}:transit", dst_crs=dst_crs) if "transit" in names else None
     shared = transit.crs if transit is not None else dst_crs
-    anchors = read_anchors(f"{checked}:anchors", dst_crs=shared) if "anchors" in names else None
+    anchors = read_anchors(f"{path}:anchors", dst_crs=shared) if "anchors" in names else None
     if transit is not None and anchors is not None:
-        warn_when_apart(anchors, transit, str(checked))
+        warn_when_apart(anchors, transit, str(path))
     shared = anchors.crs if anchors is not None else shared
-    vehicles = read_vehicles(f"{checked}:vehicles", dst_crs=shared) if "vehicles" in names else None
+    vehicles = read_vehicles(f"{path}:vehicles", dst_crs=shared) if "vehicles" in names else None
     return Study(anchors, transit, vehicles)
 
 
@@ -131,7 +153,7 @@ def warn_when_apart(anchors: Anchors, transit: TransitArea, where: str) -> None:
     x, y = anchors.x_m, anchors.y_m
     if len(anchors) and not bool(((x >= x0) & (x <= x1) & (y >= y0) & (y <= y1)).any()):
         _LOG.warning(
-            "warning: %s: no anchor is within 1 km of the transit area; "
+            "%s: no anchor is within 1 km of the transit area; "
             "are longitude and latitude swapped, or is a CRS wrong?",
             where,
         )
@@ -182,4 +204,4 @@ def _require_some(given: int, kept: int, repairs: Repairs) -> None:
             "check its coordinates, geometry type and CRS in QGIS",
         )
     if not given:
-        _LOG.warning("warning: %s: the layer is empty", repairs.where)
+        _LOG.warning("%s: the layer is empty", repairs.where)

@@ -44,7 +44,7 @@ class Repairs:
         """Log one warning that holds every count, if there is any."""
         if self.counts:
             told = "; ".join(f"{count} {what}" for what, count in self.counts.items())
-            _LOG.warning("warning: %s: %s", self.where, told)
+            _LOG.warning("%s: %s", self.where, told)
 
 
 def finite(geometries: Objects) -> npt.NDArray[np.bool_]:

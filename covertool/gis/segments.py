@@ -8,18 +8,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import shapely
-from pyproj import CRS
 
 from covertool import crs as crs_door
 from covertool.errors import GeometryError
+from covertool.gis import target
 from covertool.gis.layers import geo_frame, read_layer
+from covertool.gis.target import AnyCrs
 
 if TYPE_CHECKING:
     import geopandas as gpd
 
-AnyCrs = str | CRS | None
-
-log = logging.getLogger(__name__)
+_LOG = logging.getLogger(__name__)
 
 _LINES = (1, 5)
 
@@ -48,10 +47,7 @@ def read_segments(
     if not good.any():
         raise GeometryError("the layer holds no lines", layer.where, "name the layer of segments")
     if not good.all():
-        log.warning("warning: %s: %d rows that are no lines dropped", layer.where, (~good).sum())
-    x0, y0, x1, y1 = shapely.total_bounds(lines[good])
-    target = (
-        crs_door.parse(dst_crs) if dst_crs else crs_door.working_crs(layer.crs, (x0, y0, x1, y1))
-    )
-    moved = crs_door.transform_geometries(shapely.force_2d(lines[good]), layer.crs, target)
-    return geo_frame(layer.rows(good), moved, target)
+        _LOG.warning("%s: %d rows that are no lines dropped", layer.where, (~good).sum())
+    working = target.pick(lines[good], layer.crs, dst_crs, layer.where)
+    moved = crs_door.transform_geometries(shapely.force_2d(lines[good]), layer.crs, working)
+    return geo_frame(layer.rows(good), moved, working)

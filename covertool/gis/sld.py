@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from xml.sax.saxutils import escape
 
-from covertool.gis.styles import Choice, Style
+from covertool.gis.styles import PIXELS_PER_MM, Choice, Style
 
 _SLD = """<?xml version="1.0" encoding="UTF-8"?>
 <StyledLayerDescriptor xmlns="http://www.opengis.net/sld" xmlns:ogc="http://www.opengis.net/ogc"
@@ -36,7 +36,6 @@ _MARKER = (
     '<Fill><CssParameter name="fill">{colour}</CssParameter></Fill>'
     "</Mark><Size>{pixels:g}</Size></Graphic></PointSymbolizer>"
 )
-_PIXELS_PER_MM = 96 / 25.4
 
 
 def sld(layer: str, style: Style, choices: Sequence[Choice] = ()) -> str:
@@ -61,7 +60,7 @@ def _rule(title: str, style: Style, column: str = "", value: float | str = "") -
 
 
 def _symbolizer(style: Style) -> str:
-    pixels = round(style.size_mm * _PIXELS_PER_MM, 2)
+    pixels = round(style.size_mm * PIXELS_PER_MM, 2)
     stroke_colour = style.outline if style.kind == "fill" else style.colour
     stroke = _STROKE.format(colour=stroke_colour, pixels=pixels) if stroke_colour else ""
     if style.kind == "fill":

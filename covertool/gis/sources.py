@@ -15,10 +15,17 @@ import numpy as np
 import shapely
 from pyproj import CRS
 
+from covertool import crs as crs_door
 from covertool.dsrc import DEVICE_CLASSES
+from covertool.errors import FileError
 from covertool.gis import guard
 from covertool.gis.formats import GEOPARQUET
-from covertool.gis.parquet import ParquetAnchors
+from covertool.gis.parquet import (
+    ParquetAnchors,
+    geometry_column,
+    open_parquet,
+    write_along_curve,
+)
 from covertool.gis.read import read_anchors, read_transit
 from covertool.model import Anchors, Bounds, Objects, TransitArea
 
@@ -107,12 +114,10 @@ def open_transit(spec: str, crs: str | None, dst_crs: str | None) -> LoadedTrans
     """Return a source of the transit area: streamed where the file allows it."""
     path, layer = guard.layer_spec(spec)
     if layer is None and dst_crs is None and _is_sorted(path, "piece"):
-        import pyarrow.parquet as pq
-
-        header = pq.ParquetFile(path).metadata.metadata[b"geo"]
-        told = _geometry_column(header)
+        told = geometry_column(open_parquet(path))
         x0, y0, x1, y1 = told["bbox"]
-        return ParquetTransit(path, CRS.from_json_dict(told["crs"]), (x0, y0, x1, y1))
+        own = crs_door.settled(CRS.from_json_dict(told["crs"]))
+        return ParquetTransit(path, own, (x0, y0, x1, y1))
     return LoadedTransit(spec, read_transit(spec, crs=crs, dst_crs=dst_crs).crs, crs)
 
 
@@ -128,20 +133,9 @@ def write_transit(path: str | Path, transit: TransitArea, *, overwrite: bool = F
     """
     import geopandas as gpd
 
-    checked, _ = guard.output_file(path, (GEOPARQUET,), overwrite=overwrite)
     pieces = subdivided(transit)
     frame = gpd.GeoDataFrame({"piece": np.arange(len(pieces))}, geometry=pieces, crs=transit.crs)
-    if len(frame) > 1:
-        order = np.argsort(frame.geometry.hilbert_distance().to_numpy(), kind="stable")
-        frame = frame.iloc[order].reset_index(drop=True)
-    with guard.replacing(checked) as temporary:
-        frame.to_parquet(
-            temporary,
-            index=False,
-            write_covering_bbox=True,
-            schema_version="1.1.0",
-            row_group_size=_PIECES_IN_GROUP,
-        )
+    write_along_curve(path, frame, rows_in_group=_PIECES_IN_GROUP, overwrite=overwrite)
 
 
 def subdivided(transit: TransitArea) -> list[shapely.Polygon]:
@@ -255,18 +249,7 @@ def _is_sorted(path: Path, column: str) -> bool:
     if not path.name.lower().endswith(GEOPARQUET.suffixes):
         return False
     checked, _ = guard.input_file(path, (GEOPARQUET,))
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
     try:
-        return column in pq.ParquetFile(checked).schema_arrow.names
-    except (pa.ArrowException, OSError):
+        return column in open_parquet(checked).schema_arrow.names
+    except FileError:
         return False
-
-
-def _geometry_column(header: bytes) -> dict[str, Any]:
-    import json
-
-    told = json.loads(header)
-    column: dict[str, Any] = told["columns"][told["primary_column"]]
-    return column

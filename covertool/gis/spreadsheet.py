@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import re
 import zipfile
 from collections.abc import Sequence
 from datetime import datetime
@@ -13,6 +12,7 @@ from typing import Any
 from covertool.errors import FileError
 from covertool.gis import guard
 from covertool.gis.formats import Format
+from covertool.gis.textfile import speakable
 from covertool.model.sheets import Cell, Heading, Sheet
 
 XLSX = Format("Excel workbook", "XLSX", (".xlsx",), ((0, b"PK\x03\x04"),), layers=True)
@@ -24,8 +24,6 @@ _ROWS = 1_048_576
 _CELL_CHARACTERS = 32_767
 _SHEET_NAME = 31
 _WIDEST = 60
-# Characters that XML 1.0 cannot hold at all.
-_UNSPEAKABLE = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")
 
 
 def starts_formula(text: str) -> bool:
@@ -57,7 +55,7 @@ def write_workbook(
     book = openpyxl.Workbook()
     book.remove(book.active)
     book.properties.creator = "covertool"
-    book.properties.title = _speakable(title)
+    book.properties.title = speakable(title)
     book.properties.created = book.properties.modified = _DATE
     for sheet in sheets:
         _fill(book.create_sheet(sheet.name[:_SHEET_NAME]), sheet, str(checked))
@@ -123,15 +121,11 @@ def _set(cell: Any, value: Cell) -> None:
         finite = value is not None and value == value and abs(value) != float("inf")
         cell.value = value if finite else None
         return
-    text = _speakable(value)[:_CELL_CHARACTERS]
+    text = speakable(value)[:_CELL_CHARACTERS]
     cell.value = text
     cell.data_type = "s"
     if starts_formula(text):
         cell.quotePrefix = True
-
-
-def _speakable(text: str) -> str:
-    return _UNSPEAKABLE.sub("\N{REPLACEMENT CHARACTER}", text)
 
 
 def _number_format(heading: Heading, value: Cell) -> str:

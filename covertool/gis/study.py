@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from covertool.gis import guard
 from covertool.gis.formats import GEOPACKAGE
 from covertool.gis.geopackage import OWN_TABLES, read_metadata
-from covertool.gis.layers import attribute_tables, geometry_layers, read_layer, readable
+from covertool.gis.layers import attribute_tables, geometry_layers, read_layer
+from covertool.gis.sqlite import readable
 
 if TYPE_CHECKING:
     import geopandas as gpd
@@ -24,8 +26,7 @@ def layer_names(path: str | Path) -> list[str]:
     FileError
         When the file is not a readable GeoPackage.
     """
-    checked, known = guard.input_file(path, (GEOPACKAGE,))
-    with readable(checked, known) as opened:
+    with _opened(path) as (opened, checked):
         return geometry_layers(opened, checked)
 
 
@@ -37,8 +38,7 @@ def table_names(path: str | Path) -> list[str]:
     FileError
         When the file is not a readable GeoPackage.
     """
-    checked, known = guard.input_file(path, (GEOPACKAGE,))
-    with readable(checked, known) as opened:
+    with _opened(path) as (opened, checked):
         return [name for name in attribute_tables(opened, checked) if name not in OWN_TABLES]
 
 
@@ -52,14 +52,21 @@ def read_tables(path: str | Path, names: Iterable[str]) -> dict[str, pd.DataFram
     """
     import pyogrio
 
-    checked, known = guard.input_file(path, (GEOPACKAGE,))
-    with readable(checked, known) as opened:
+    with _opened(path) as (opened, checked):
         there = set(attribute_tables(opened, checked)) - set(OWN_TABLES)
         return {
             name: pyogrio.read_dataframe(opened, layer=name, read_geometry=False)
             for name in names
             if name in there
         }
+
+
+@contextmanager
+def _opened(path: str | Path) -> Iterator[tuple[Path, Path]]:
+    """Yield the path to read a study from, and the study's own path for messages."""
+    checked, known = guard.input_file(path, (GEOPACKAGE,))
+    with readable(checked, known) as opened:
+        yield opened, checked
 
 
 def inherited_metadata(files: Iterable[Path]) -> dict[str, str]:

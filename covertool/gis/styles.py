@@ -21,6 +21,9 @@ CONGESTION_COLOURS = {
 }
 """Kinds of street from the bottom up; the paper's Fig. 2 draws occupied black and free yellow."""
 
+PIXELS_PER_MM = 96 / 25.4
+"""Of a screen, by the convention of web pages."""
+
 CAR_DIAMETER_M = 3.2
 """Of a disc with the area that a car of 4.4 m by 1.8 m takes."""
 
@@ -85,6 +88,16 @@ LAYER_STYLES = {
 }
 _DISCS = Style("fill", "#4d4d4d", 0.08, 0.15, outline="#4d4d4d", title="discs")
 DISCS_PREFIX = "discs_"
+
+
+def rgb(colour: str) -> tuple[int, int, int]:
+    """Return red, green and blue, 0 to 255, of #rrggbb.
+
+    >>> rgb("#ffd92f")
+    (255, 217, 47)
+    """
+    red, green, blue = bytes.fromhex(colour.removeprefix("#"))
+    return red, green, blue
 
 
 def style_of(layer: str) -> Style | None:

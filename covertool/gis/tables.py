@@ -129,9 +129,7 @@ def warn_of_near_misses(columns: list[str], where: str) -> None:
     for wanted in OPTIONAL[1:]:
         near = difflib.get_close_matches(wanted, lower, 1, 0.75)
         if wanted not in lower and near:
-            _LOG.warning(
-                "warning: %s: column %r is not read; did you mean %r?", where, near[0], wanted
-            )
+            _LOG.warning("%s: column %r is not read; did you mean %r?", where, near[0], wanted)
 
 
 def _read_text_table(path: Path) -> pd.DataFrame:
@@ -181,6 +179,6 @@ def _encoding(path: Path) -> str:
             for line in file:
                 line.decode("utf-8")
         except UnicodeDecodeError:
-            _LOG.warning("warning: %s: not UTF-8; read as Windows-1252", path)
+            _LOG.warning("%s: not UTF-8; read as Windows-1252", path)
             return "cp1252"
     return "utf-8"

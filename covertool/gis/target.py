@@ -41,7 +41,7 @@ def pick(geometries: Objects, source: CRS, dst_crs: AnyCrs, where: str) -> CRS:
         told = ""
     if told:
         _LOG.warning(
-            "warning: %s: %s %s; transformed to %s",
+            "%s: %s %s; transformed to %s",
             where,
             crs_door.name(source),
             told,
@@ -88,7 +88,7 @@ def _warn_of_stretch(bounds: Bounds, source: CRS, target: CRS, where: str) -> No
     stretch = float(np.nanmax(np.abs(np.array(corners) - 1)))
     if not stretch <= _SCALE_TOLERANCE:
         _LOG.warning(
-            "warning: %s: the data is so wide that lengths in %s are off by up to %.1f %%",
+            "%s: the data is so wide that lengths in %s are off by up to %.1f %%",
             where,
             crs_door.name(target),
             100 * stretch,

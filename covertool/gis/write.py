@@ -63,6 +63,18 @@ def write_layers(
     ------
     FileError, CrsError, OptionError, GeometryError
         When the path or the layers do not fit; the old file is then as it was.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pyproj import CRS
+    >>> from covertool.gis.study import layer_names
+    >>> from covertool.model import Anchors
+    >>> anchors = Anchors.from_points([0.0, 10.0], [0.0, 0.0], CRS(2157)).to_frame()
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_layers(f"{folder}/town.gpkg", {"anchors": anchors})
+    ...     layer_names(f"{folder}/town.gpkg")
+    ['anchors']
     """
     checked, known = guard.output_file(
         path, VECTOR_OUTPUTS, overwrite=overwrite or into, inputs=inputs
@@ -178,10 +190,7 @@ def in_wgs84(frame: gpd.GeoDataFrame, target: Path) -> gpd.GeoDataFrame:
             str(target),
             "extract again with --crs EPSG:CODE and --origin X,Y of the image's lower left corner",
         )
-    moved = crs_door.transform_geometries(
-        np.asarray(frame.geometry.array, dtype=object), source, crs_door.WGS84
-    )
-    return frame.set_geometry(list(moved), crs=None).set_crs(crs_door.WGS84, allow_override=True)
+    return crs_door.transform_frame(frame, crs_door.WGS84)
 
 
 def _write_kml(

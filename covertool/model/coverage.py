@@ -26,6 +26,11 @@ class RadiusCoverage:
     anchors : anchors used
     areas_m2 : areas of Levels 0, 1, 2, 3 in square metres; they sum to the transit area
     closure_m : greatest length of a level boundary's chord sum, which is zero for closed curves
+
+    Examples
+    --------
+    >>> RadiusCoverage(15.0, "A", None, 2, (50.0, 40.0, 10.0, 0.0), 0.0).fractions
+    (0.5, 0.4, 0.1, 0.0)
     """
 
     radius_m: float | None
@@ -47,7 +52,20 @@ class RadiusCoverage:
 
 @dataclass(frozen=True)
 class CoverageReport:
-    """Coverage Levels 0-3 of a transit area, one entry for each radius asked for."""
+    """Coverage Levels 0-3 of a transit area, one entry for each radius asked for.
+
+    Attributes
+    ----------
+    transit_area_m2 : in square metres
+    anchors : how many there are
+    results : one for each radius, and for each origin where there are several
+
+    Examples
+    --------
+    >>> found = RadiusCoverage(15.0, "A", None, 2, (50.0, 40.0, 10.0, 0.0), 0.0)
+    >>> CoverageReport(100.0, 2, (found,)).to_frame()["fraction"].tolist()
+    [0.5, 0.4, 0.1, 0.0]
+    """
 
     transit_area_m2: float
     anchors: int

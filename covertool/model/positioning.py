@@ -27,6 +27,14 @@ class Trace(Table):
     x_m, y_m : (N,) centre of the car in metres
     vx, vy : (N,) velocity in metres per second at that time
     step_s : seconds between two steps
+
+    Examples
+    --------
+    >>> zeros = np.zeros(2)
+    >>> car = np.array(["car1", "car1"], dtype=object)
+    >>> trace = Trace(np.array([0.0, 1.0]), car, np.array([0.0, 9.0]), zeros, zeros + 9, zeros)
+    >>> len(trace), trace.to_frame()["x_m"].tolist()
+    (2, [0.0, 9.0])
     """
 
     time_s: Floats
@@ -156,7 +164,19 @@ class PositioningImprovement:
 
 @dataclass(frozen=True)
 class LayoutImprovement:
-    """What parked cars save in one scenario: one layout of parked cars with one traffic."""
+    """What parked cars save in one scenario: one layout of parked cars with one traffic.
+
+    Attributes
+    ----------
+    layout, traffic_seed : which scenario
+    estimator, preset, sigma_range_m, radius_m, vehicle : as in :class:`PositioningResult`
+    traditional_m, proposed_m : mean error without and with parked cars in metres
+
+    Examples
+    --------
+    >>> LayoutImprovement(0, 1, "ekf", "paper", 0.2, 15.0, "all", 8.0, 4.0).percent
+    50.0
+    """
 
     layout: int
     traffic_seed: int
@@ -205,6 +225,11 @@ class CarDensity:
     vehicle : the car's id
     met, path_km : (N,) parked cars met and way in kilometres, in each scenario that has the car
     percent : (N,) its mean improvement there over estimators, range noises and zones
+
+    Examples
+    --------
+    >>> CarDensity("car1", met=(12,), path_km=(1.5,), percent=(8.0,)).met_per_km
+    (8.0,)
     """
 
     vehicle: str

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -11,8 +11,8 @@ from pyproj import CRS
 from covertool.model.tables import Bounds, Floats
 from covertool.model.town import Anchors
 
-if TYPE_CHECKING:
-    pass
+COARSEST_GSD_M = 0.35
+"""At 0.35 m a car is 5 pixels wide; beyond it a car and its shadow can no longer be told apart."""
 
 
 class AnchorSource(Protocol):

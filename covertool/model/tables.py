@@ -50,6 +50,15 @@ class Table:
         return replace(self, **picked)  # type: ignore[type-var]
 
 
+def by_car(vehicle: Objects, time_s: Floats) -> npt.NDArray[np.intp]:
+    """Return the order of rows in which each car's stand together, the earliest first.
+
+    >>> by_car(np.array(["b", "a", "a"], dtype=object), np.array([0.0, 1.0, 0.0])).tolist()
+    [2, 1, 0]
+    """
+    return np.lexsort((time_s, vehicle.astype(str)))
+
+
 def points_frame(
     columns: dict[str, npt.NDArray[Any]], x_m: Floats, y_m: Floats, crs: CRS
 ) -> gpd.GeoDataFrame:

@@ -22,7 +22,14 @@ ORIGINS = ("parked", "queue", "rsu")
 
 @dataclass(frozen=True)
 class DeviceClass:
-    """A class of DSRC devices: its name, greatest output power and communication zone."""
+    """A class of DSRC devices: its name, greatest output power and communication zone.
+
+    Attributes
+    ----------
+    name : A to D
+    max_power_dbm : greatest output power in dBm
+    radius_m : communication zone in metres
+    """
 
     name: str
     max_power_dbm: float
@@ -158,7 +165,24 @@ class Anchors(Table):
 
 @dataclass(frozen=True)
 class TransitArea:
-    """Where cars drive: valid, disjoint polygons in a projected CRS in metres."""
+    """Where cars drive: valid, disjoint polygons in a projected CRS in metres.
+
+    Attributes
+    ----------
+    polygons : the parts
+    crs : the projected or engineering CRS of the coordinates
+    area_m2 : their area
+
+    Raises
+    ------
+    GeometryError
+        When the polygons are not valid or overlap.
+
+    Examples
+    --------
+    >>> TransitArea(shapely.MultiPolygon([shapely.box(0, 0, 100, 10)]), CRS(2157)).area_m2
+    1000.0
+    """
 
     polygons: shapely.MultiPolygon
     crs: CRS
@@ -185,7 +209,13 @@ class TransitArea:
 
 @dataclass(frozen=True)
 class Study:
-    """What one study file holds; a part that it lacks is None."""
+    """What one study file holds; a part that it lacks is None.
+
+    Examples
+    --------
+    >>> Study(Anchors.from_points([0.0], [0.0], CRS(2157)), None).transit is None
+    True
+    """
 
     anchors: Anchors | None
     transit: TransitArea | None

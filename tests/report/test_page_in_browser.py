@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from covertool.cli.report import read_parts
-from covertool.gis.page import write_page
+from covertool.gis.textfile import HTML, write_text
 from covertool.report.page import report_page
 
 webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
@@ -126,7 +126,7 @@ class Browser:
 def page(make_study, tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("browser")
     path = folder / "town.html"
-    write_page(path, report_page(read_parts(make_study(folder / "town.gpkg"))))
+    write_text(path, report_page(read_parts(make_study(folder / "town.gpkg"))), HTML)
     return path
 
 
