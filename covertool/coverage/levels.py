@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import shapely
+
 from covertool.coverage.areas import level_areas
-from covertool.coverage.radii import Radius, check_anchors, radii_of
+from covertool.coverage.radii import Radii, Radius, check_anchors, radii_of
 from covertool.model import Anchors, CoverageReport, RadiusCoverage, TransitArea
 
 
@@ -29,7 +31,6 @@ def coverage_levels(
 
     Examples
     --------
-    >>> import shapely
     >>> from pyproj import CRS
     >>> square = TransitArea(shapely.MultiPolygon([shapely.box(0, 0, 10, 10)]), CRS(2157))
     >>> report = coverage_levels(Anchors.from_points([0.0], [0.0], CRS(2157)), square, [5.0])
@@ -39,23 +40,41 @@ def coverage_levels(
     check_anchors(anchors, transit)
     present = sorted({str(origin) for origin in anchors.origin})
     groups = [None, *(present if len(present) > 1 else [])]
-    results = tuple(
-        _radius_coverage(anchors, transit, radius, origin) for radius in radii for origin in groups
-    )
-    return CoverageReport(transit.area_m2, len(anchors), results)
+    results = []
+    for radius in radii:
+        for origin in groups:
+            chosen = anchors if origin is None else anchors.take(anchors.origin == origin)
+            named = radii_of(chosen, radius)
+            results.append(radius_coverage(chosen, named, transit.polygons, origin))
+    return CoverageReport(transit.area_m2, len(anchors), tuple(results))
 
 
-def _radius_coverage(
-    anchors: Anchors, transit: TransitArea, radius: Radius, origin: str | None
+def radius_coverage(
+    anchors: Anchors, radii: Radii, polygons: shapely.MultiPolygon, origin: str | None = None
 ) -> RadiusCoverage:
-    chosen = anchors if origin is None else anchors.take(anchors.origin == origin)
-    radii = radii_of(chosen, radius)
-    found = level_areas(chosen.x_m, chosen.y_m, radii.each_m, transit.polygons)
+    """Return the coverage of polygons by anchors of given radii.
+
+    Parameters
+    ----------
+    anchors : (N,) in the CRS of the polygons
+    radii : of these anchors, and what to call them
+    polygons : the transit area or a part of it
+    origin : of all the anchors; None when they are not reported apart
+
+    Examples
+    --------
+    >>> from pyproj import CRS
+    >>> car = Anchors.from_points([0.0], [0.0], CRS(2157))
+    >>> square = shapely.MultiPolygon([shapely.box(0, 0, 10, 10)])
+    >>> print(round(radius_coverage(car, radii_of(car, 5.0), square).areas_m2[1], 6))
+    19.634954
+    """
+    found = level_areas(anchors.x_m, anchors.y_m, radii.each_m, polygons)
     return RadiusCoverage(
         radius_m=radii.radius_m,
         device_class=radii.device_class,
         origin=origin,
-        anchors=len(chosen),
+        anchors=len(anchors),
         areas_m2=found.areas_m2,
         closure_m=found.closure_m,
     )

@@ -7,7 +7,6 @@ the one tile that holds it. `covertool.coverage.tiled` adds the tiles up.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Protocol
@@ -19,9 +18,11 @@ from pyproj import CRS
 
 from covertool.coverage.areas import level_areas
 from covertool.coverage.clip import clipped
+from covertool.coverage.levels import radius_coverage
 from covertool.coverage.radii import Radius, radii_of
 from covertool.coverage.regions import level_regions
 from covertool.coverage.scanlines import DepthProfile, depth_profile
+from covertool.coverage.tile_plan import TilePlan, plan_tiles, tile_size_m
 from covertool.coverage.zones import reaching
 from covertool.errors import CrsError
 from covertool.model import (
@@ -33,9 +34,6 @@ from covertool.model import (
     RadiusCoverage,
     TransitArea,
 )
-
-ANCHORS_IN_TILE = 100_000
-"""Anchors that a tile holds about, when its size is left open."""
 
 Key = tuple[Radius, str | None]
 
@@ -86,54 +84,6 @@ class Wish:
     depths: bool = False
     row_m: float = 0.5
     regions: bool = False
-
-
-@dataclass(frozen=True)
-class TilePlan:
-    """Square tiles over bounds, numbered along rows from the lower left."""
-
-    bounds: Bounds
-    tile_m: float
-    columns: int
-    rows: int
-
-    def __len__(self) -> int:
-        return self.columns * self.rows
-
-    def square(self, tile: int) -> Bounds:
-        """Return the bounds of a tile.
-
-        >>> plan_tiles((0.0, 0.0, 25.0, 10.0), 10.0).square(2)
-        (20.0, 0.0, 30.0, 10.0)
-        """
-        row, column = divmod(tile, self.columns)
-        x, y = self.bounds[0], self.bounds[1]
-        size = self.tile_m
-        return (x + column * size, y + row * size, x + (column + 1) * size, y + (row + 1) * size)
-
-
-def plan_tiles(bounds: Bounds, tile_m: float) -> TilePlan:
-    """Return the plan of square tiles that cover bounds."""
-    x0, y0, x1, y1 = bounds
-    columns = max(math.floor((x1 - x0) / tile_m) + 1, 1)
-    rows = max(math.floor((y1 - y0) / tile_m) + 1, 1)
-    return TilePlan(bounds, tile_m, columns, rows)
-
-
-def tile_size_m(bounds: Bounds, anchors: int, largest_radius_m: float) -> float:
-    """Return the side of tiles that hold about ``ANCHORS_IN_TILE`` anchors each.
-
-    It is never less than twice the largest radius: beneath that, the halo is most of the work.
-
-    Examples
-    --------
-    >>> tile_size_m((0.0, 0.0, 1000.0, 1000.0), 400_000, 15.0)
-    500.0
-    """
-    width, height = max(bounds[2] - bounds[0], 1.0), max(bounds[3] - bounds[1], 1.0)
-    share = min(ANCHORS_IN_TILE / max(anchors, 1), 1.0)
-    side = math.sqrt(width * height * share) if share < 1 else max(width, height) * 1.001
-    return max(side, 2 * largest_radius_m)
 
 
 @dataclass(frozen=True)
@@ -215,14 +165,15 @@ class TileJob:
     ) -> dict[Key, RadiusCoverage]:
         found: dict[Key, RadiusCoverage] = {}
         for radius in self.radii:
-            together = _levels(near, area, radius, None)
+            together = radius_coverage(near, radii_of(near, radius), area)
             found[radius, None] = together
             for origin in origins:
-                found[radius, origin] = (
-                    replace(together, origin=origin)
-                    if len(origins) == 1
-                    else _levels(near.take(near.origin == origin), area, radius, origin)
-                )
+                if len(origins) == 1:
+                    found[radius, origin] = replace(together, origin=origin)
+                    continue
+                chosen = near.take(near.origin == origin)
+                named = radii_of(chosen, radius)
+                found[radius, origin] = radius_coverage(chosen, named, area, origin)
         return found
 
     def _zones(
@@ -234,7 +185,8 @@ class TileJob:
             part = clipped(area, shapely.union_all(shapes))
             for radius in self.radii:
                 reached = reaching(own, radii_of(own, radius).each_m, shapes)
-                levels = None if part.is_empty else _levels(near, part, radius, None)
+                named = radii_of(near, radius)
+                levels = None if part.is_empty else radius_coverage(near, named, part)
                 if reached.any() or levels is not None:
                     found[zone, radius] = ZonePart(part.area, int(reached.sum()), levels)
         return found
@@ -263,21 +215,6 @@ class TileJob:
 def _curve(anchors: Anchors, area: shapely.MultiPolygon, radii_m: Sequence[float]) -> Floats:
     found = [level_areas(anchors.x_m, anchors.y_m, radius, area) for radius in radii_m]
     return np.array([(*node.areas_m2, *node.boundary_m, node.closure_m) for node in found])
-
-
-def _levels(
-    anchors: Anchors, area: shapely.MultiPolygon, radius: Radius, origin: str | None
-) -> RadiusCoverage:
-    named = radii_of(anchors, radius)
-    found = level_areas(anchors.x_m, anchors.y_m, named.each_m, area)
-    return RadiusCoverage(
-        radius_m=named.radius_m,
-        device_class=named.device_class,
-        origin=origin,
-        anchors=len(anchors),
-        areas_m2=found.areas_m2,
-        closure_m=found.closure_m,
-    )
 
 
 def plan_job(

@@ -6,14 +6,14 @@ Only the transit area is cut. Anchors outside a zone that reach into it still co
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 import shapely
 
-from covertool.coverage.areas import level_areas
 from covertool.coverage.clip import clipped
+from covertool.coverage.levels import radius_coverage
 from covertool.coverage.radii import Radius, check_anchors, radii_of
 from covertool.errors import GeometryError
 from covertool.model import Anchors, Floats, Objects, RadiusCoverage, TransitArea
@@ -115,17 +115,10 @@ def require_area(area_m2: float) -> None:
 def _levels(
     anchors: Anchors, part: shapely.MultiPolygon, radius: Radius, shapes: Objects
 ) -> RadiusCoverage:
+    """Return the coverage of the part of the transit area in a zone, by the anchors near it."""
     named = radii_of(anchors, radius)
     near = reaching(anchors, named.each_m, shapes)
-    found = level_areas(anchors.x_m[near], anchors.y_m[near], named.each_m[near], part)
-    return RadiusCoverage(
-        radius_m=named.radius_m,
-        device_class=named.device_class,
-        origin=None,
-        anchors=int(near.sum()),
-        areas_m2=found.areas_m2,
-        closure_m=found.closure_m,
-    )
+    return radius_coverage(anchors.take(near), replace(named, each_m=named.each_m[near]), part)
 
 
 def reaching(anchors: Anchors, radius_m: Floats, shapes: Objects) -> npt.NDArray[np.bool_]:

@@ -8,13 +8,9 @@ import shapely
 from pyproj import CRS
 
 from covertool.coverage import coverage_levels
+from covertool.coverage.tile_plan import ANCHORS_IN_TILE, plan_tiles, tile_size_m
 from covertool.coverage.tiled import tiled_levels
-from covertool.coverage.tiles import (
-    ANCHORS_IN_TILE,
-    plan_job,
-    plan_tiles,
-    tile_size_m,
-)
+from covertool.coverage.tiles import plan_job
 from covertool.errors import ColumnError, CrsError
 from covertool.model import Anchors, TransitArea
 
