@@ -9,9 +9,9 @@ import numpy as np
 import shapely
 
 from covertool.congestion.clock import local_days, window_instant
-from covertool.congestion.nearest import Timeline
-from covertool.congestion.occupancy import OccupancyOptions, states
+from covertool.congestion.options import OccupancyOptions
 from covertool.congestion.rounding import half_up
+from covertool.congestion.states import SegmentStates
 from covertool.congestion.status import CLOSED, UNKNOWN
 from covertool.congestion.streets import Streets
 from covertool.model import Floats, Observations
@@ -63,16 +63,14 @@ def junction_shares(
 
     The paper remarks that congestion sits at intersections; this is the comparison.
     """
-    ids, piece_of = np.unique(network.segment_id.astype(str), return_inverse=True)
-    timeline = Timeline(observations, ids.astype(object))
-    occupied_times, known_times = np.zeros(ids.size), np.zeros(ids.size)
+    states = SegmentStates(observations, network, options)
+    occupied_times, known_times = np.zeros(len(network)), np.zeros(len(network))
     for day in local_days(observations.time, options.tz):
         for at in options.windows.values():
             moment = window_instant(day, at, options.tz)
             if moment is None:
                 continue
-            rows = timeline.nearest(moment, np.timedelta64(options.tolerance))
-            status, _ = states(timeline, rows, absent_is_free=options.absent_is_free)
+            status = states.at(moment)[0][states.segment_of]
             known_times += (status != UNKNOWN) & (status != CLOSED)
             occupied_times += np.isin(status.astype(str), list(options.occupied))
     spots = shapely.multipoints(junctions(network))
@@ -80,8 +78,8 @@ def junction_shares(
     for distance in distances_m:
         near_m = shapely.length(shapely.intersection(network.line, shapely.buffer(spots, distance)))
         near = network.weight * near_m / shapely.length(network.line)
-        occupied = _share(near, network.weight, occupied_times[piece_of])
-        everything = _share(near, network.weight, known_times[piece_of])
+        occupied = _share(near, network.weight, occupied_times)
+        everything = _share(near, network.weight, known_times)
         shares.append(JunctionShare(distance, occupied, everything or 0.0))
     return shares
 

@@ -11,7 +11,7 @@ from covertool import crs
 from covertool.congestion.streets import Streets
 from covertool.model import Objects, Observations
 
-log = logging.getLogger(__name__)
+_LOG = logging.getLogger(__name__)
 
 NEAR_M = 20.0
 LEAST_SHARE = 0.5
@@ -38,7 +38,7 @@ def match_lines(
     joined = Observations(**{**matched.columns(), "segment_id": network.segment_id[segments]})
     lost = rows.size - np.unique(places).size
     if lost:
-        log.warning("%d of %d observed lines match no segment", lost, rows.size)
+        _LOG.warning("%d of %d observed lines match no segment", lost, rows.size)
     return Observations.concatenate([observations.take(~with_line), joined])
 
 

@@ -1,17 +1,49 @@
-"""The network at one moment: the status of each piece of street."""
+"""The network at one moment: the status of each piece of street, and the cars that queue."""
 
 from __future__ import annotations
 
 from datetime import date
-
-import numpy as np
+from typing import NamedTuple
 
 from covertool.congestion.clock import local_days, window_instant
-from covertool.congestion.nearest import Timeline
-from covertool.congestion.occupancy import OccupancyOptions, states
+from covertool.congestion.options import OccupancyOptions
+from covertool.congestion.queues import QueueOptions, queue_anchors
+from covertool.congestion.states import SegmentStates
 from covertool.congestion.streets import Streets
 from covertool.errors import OptionError
-from covertool.model import Floats, Objects, Observations
+from covertool.model import Anchors, Floats, Objects, Observations
+
+
+class Moment(NamedTuple):
+    """The network at one window of one local day.
+
+    Attributes
+    ----------
+    status : (N,) status of each piece
+    queue_m : (N,) its measured queue in metres, NaN for none
+    day, window : which they are
+    """
+
+    status: Objects
+    queue_m: Floats
+    day: date
+    window: str
+
+
+class QueuedCars(NamedTuple):
+    """The cars that queue at one window of one local day (synthetic).
+
+    Attributes
+    ----------
+    anchors : (N,) the cars
+    segment_id : (N,) the segment on which each stands
+    day, window : which they are
+    """
+
+    anchors: Anchors
+    segment_id: Objects
+    day: date
+    window: str
 
 
 def states_at(
@@ -21,7 +53,7 @@ def states_at(
     *,
     day: date | None = None,
     window: str | None = None,
-) -> tuple[Objects, Floats, date, str]:
+) -> Moment:
     """Return the status and measured queue of each piece at one window of one local day.
 
     Parameters
@@ -53,8 +85,28 @@ def states_at(
         raise OptionError(
             f"the clocks skip that time on {chosen_day}", "--at", "choose another day or window"
         )
-    ids, piece_of = np.unique(network.segment_id.astype(str), return_inverse=True)
-    timeline = Timeline(observations, ids.astype(object))
-    rows = timeline.nearest(moment, np.timedelta64(options.tolerance))
-    status, queue_m = states(timeline, rows, absent_is_free=options.absent_is_free)
-    return status[piece_of], queue_m[piece_of], chosen_day, chosen_window
+    states = SegmentStates(observations, network, options)
+    status, queue_m = states.at(moment)
+    of = states.segment_of
+    return Moment(status[of], queue_m[of], chosen_day, chosen_window)
+
+
+def queues_at(
+    observations: Observations,
+    network: Streets,
+    options: OccupancyOptions,
+    queues: QueueOptions | None = None,
+    *,
+    day: date | None = None,
+    window: str | None = None,
+) -> QueuedCars:
+    """Return the queued cars at one window of one local day; see `states_at` and `queue_anchors`.
+
+    Parameters
+    ----------
+    queues : how queues are laid out
+    day, window : as in `states_at`
+    """
+    moment = states_at(observations, network, options, day=day, window=window)
+    cars, segment_id = queue_anchors(network, moment.status, moment.queue_m, queues)
+    return QueuedCars(cars, segment_id, moment.day, moment.window)

@@ -11,7 +11,7 @@ from covertool.congestion.status import SEVERITY
 from covertool.errors import ColumnError
 from covertool.model import Floats, Objects, Observations
 
-log = logging.getLogger(__name__)
+_LOG = logging.getLogger(__name__)
 
 _MICROSECOND = np.timedelta64(1, "us")
 
@@ -80,7 +80,7 @@ def _report_strangers(observations: Observations, codes: npt.NDArray[np.int64]) 
             "column segment_id of the observations and of the segments",
             "give the network that the observations refer to with --segments",
         )
-    log.warning(
+    _LOG.warning(
         "%d observations are of segments that the network does not hold, such as %s",
         int(strange.sum()),
         example,

@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from datetime import date, time, timedelta
-from typing import TYPE_CHECKING, Literal
-from zoneinfo import ZoneInfo
+from collections.abc import Iterable, Mapping, Sequence
+from datetime import date
+from typing import TYPE_CHECKING
 
 import numpy as np
 import shapely
 
 from covertool.congestion.clock import local_days, window_instant
 from covertool.congestion.fill import filled_fraction
-from covertool.congestion.nearest import Timeline
+from covertool.congestion.options import MeanOf, OccupancyOptions
 from covertool.congestion.rounding import half_up
-from covertool.congestion.status import CLOSED, ORDERED, UNKNOWN
+from covertool.congestion.states import SegmentStates
+from covertool.congestion.status import CLOSED, UNKNOWN
 from covertool.congestion.streets import Streets, Weight, streets
-from covertool.errors import OptionError
 from covertool.model import (
     Floats,
     Objects,
@@ -32,7 +30,7 @@ from covertool.model import (
 if TYPE_CHECKING:
     import geopandas as gpd
 
-log = logging.getLogger(__name__)
+_LOG = logging.getLogger(__name__)
 
 DAYS = ("Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday", "Sunday")
 HOLIDAY = "Holiday"
@@ -41,59 +39,6 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
     "weekend": DAYS[5:],
     "holiday": (HOLIDAY,),
 }
-RUSH_HOURS: Mapping[str, time] = {"lunch": time(13, 0), "evening": time(19, 30)}
-"""The paper's two rush hours."""
-OCCUPIED = ("slow", "very_slow", "stationary")
-"""What the paper counts as occupied: slow and very slow traffic, and what stands."""
-
-MeanOf = Literal["cells", "days"]
-
-
-@dataclass(frozen=True)
-class OccupancyOptions:
-    """How an occupancy table is counted.
-
-    Attributes
-    ----------
-    tz : the zone whose clock the windows are read from
-    windows : times of day by name
-    tolerance : how far from the window an observation may lie
-    occupied : the statuses that count as occupied
-    mean_of : ``cells`` averages the weekdays' cells as the paper does, ``days`` the dates
-    min_coverage : least share of the length that must be known
-    holidays : local dates kept apart from the weekdays
-    absent_is_free : a segment that a living feed does not mention is free, not unknown
-    """
-
-    tz: ZoneInfo
-    windows: Mapping[str, time] = field(default_factory=lambda: dict(RUSH_HOURS))
-    tolerance: timedelta = timedelta(minutes=10)
-    occupied: Collection[str] = OCCUPIED
-    mean_of: MeanOf = "cells"
-    min_coverage: float = 0.8
-    holidays: Collection[date] = ()
-    absent_is_free: bool = False
-
-    def __post_init__(self) -> None:
-        strange = sorted(set(self.occupied) - set(ORDERED))
-        if strange or not self.occupied:
-            raise OptionError(
-                f"the occupied set {', '.join(self.occupied) or '(empty)'} is not of the scale",
-                "--occupied",
-                f"choose from {', '.join(ORDERED)}",
-            )
-        if not 0 <= self.min_coverage <= 1:
-            raise OptionError(f"{self.min_coverage} is not a share", "--min-coverage", "use 0 to 1")
-        if self.mean_of not in ("cells", "days"):
-            raise OptionError(
-                f"{self.mean_of!r} is no way to average", "--mean-of", "use cells or days"
-            )
-
-
-def hourly(options: OccupancyOptions) -> OccupancyOptions:
-    """Return the options with a window at each full hour that reaches half an hour further."""
-    windows = {f"{hour:02d}": time(hour) for hour in range(24)}
-    return replace(options, windows=windows, tolerance=options.tolerance + timedelta(minutes=30))
 
 
 def occupancy_table(
@@ -126,6 +71,7 @@ def occupancy_table(
     Examples
     --------
     >>> import geopandas as gpd
+    >>> from zoneinfo import ZoneInfo
     >>> lines = [shapely.LineString([(0, y), (100, y)]) for y in (0, 50, 100, 150)]
     >>> town = gpd.GeoDataFrame({"segment_id": list("abcd")}, geometry=lines, crs=2157)
     >>> seen = Observations.from_columns(
@@ -146,19 +92,16 @@ def days_of(
 
     Dates on which something was observed but nothing near a window have blank figures.
     """
-    ids, piece_of = np.unique(network.segment_id.astype(str), return_inverse=True)
-    timeline = Timeline(observations, ids.astype(object))
-    lengths: Floats = np.bincount(piece_of, weights=network.length_m).astype(float)
-    weights: Floats = np.bincount(piece_of, weights=network.weight).astype(float)
+    states = SegmentStates(observations, network, options)
+    lengths, weights = states.summed(network.length_m), states.summed(network.weight)
     figures = []
     for day in _candidate_days(observations, options):
         for window, at in options.windows.items():
             moment = window_instant(day, at, options.tz)
             if moment is None:
-                log.warning("%s has no %s: the clocks skip it", day, at.isoformat("minutes"))
+                _LOG.warning("%s has no %s: the clocks skip it", day, at.isoformat("minutes"))
                 continue
-            rows = timeline.nearest(moment, np.timedelta64(options.tolerance))
-            status, queue_m = states(timeline, rows, absent_is_free=options.absent_is_free)
+            status, queue_m = states.at(moment)
             filled = filled_fraction(status, queue_m, lengths)
             name = HOLIDAY if day in options.holidays else DAYS[day.weekday()]
             figures.append(_day(day, name, window, status, filled, weights, options))
@@ -175,22 +118,6 @@ def _candidate_days(observations: Observations, options: OccupancyOptions) -> li
     ends = observations.until[~np.isnat(observations.until)]
     times = np.concatenate([observations.time, ends])
     return local_days(np.concatenate([times - reach, times, times + reach]), options.tz)
-
-
-def states(
-    timeline: Timeline, rows: np.ndarray[tuple[int], np.dtype[np.int64]], *, absent_is_free: bool
-) -> tuple[Objects, Floats]:
-    """Return each segment's status and measured queue; where nothing was seen it is unknown.
-
-    With ``absent_is_free`` it is free there, as long as the feed said anything at all.
-    """
-    seen = rows >= 0
-    absent = "free" if absent_is_free and seen.any() else UNKNOWN
-    status: Objects = np.full(rows.size, absent, dtype=object)
-    queue_m = np.full(rows.size, np.nan)
-    status[seen] = timeline.status[rows[seen]]
-    queue_m[seen] = timeline.queue_m[rows[seen]]
-    return status, queue_m
 
 
 def _day(

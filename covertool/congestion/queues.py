@@ -45,7 +45,11 @@ class QueueOptions:
 
     def __post_init__(self) -> None:
         if self.drive not in ("left", "right"):
-            raise OptionError(f"traffic drives on no {self.drive!r}", "--drive", "left or right")
+            raise OptionError(
+                f"traffic does not drive on the {self.drive!r}",
+                "--driving-side",
+                "use left or right",
+            )
         if not (self.lane_width_m > 0 and self.stop_line_m >= 0):
             raise OptionError(
                 "a length is out of range",

@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from covertool.congestion.occupancy import OccupancyOptions, days_of, table_of_days
+from covertool.congestion.occupancy import days_of, table_of_days
+from covertool.congestion.options import OccupancyOptions
 from covertool.congestion.status import SPEED_PROFILES, Profile, status_of_speed
 from covertool.congestion.streets import Streets
 from covertool.model import Observations, OccupancyTable

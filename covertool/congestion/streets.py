@@ -18,7 +18,7 @@ from covertool.model import Floats, Objects
 if TYPE_CHECKING:
     import geopandas as gpd
 
-log = logging.getLogger(__name__)
+_LOG = logging.getLogger(__name__)
 
 Flags = npt.NDArray[np.bool_]
 Weight = Literal["directed", "undirected", "lane"]
@@ -156,7 +156,7 @@ def _pieces(frame: gpd.GeoDataFrame) -> gpd.GeoDataFrame:
     column = id_column(frame)
     usable = ~(frame.geometry.isna() | frame.geometry.is_empty) & frame[column].notna()
     if not usable.all():
-        log.warning("%d segments without geometry or id are left out", int((~usable).sum()))
+        _LOG.warning("%d segments without geometry or id are left out", int((~usable).sum()))
     frame = frame[usable].rename(columns={column: "segment_id"})
     frame["segment_id"] = frame["segment_id"].astype(str)
     if "length_m" in frame:
@@ -167,7 +167,7 @@ def _pieces(frame: gpd.GeoDataFrame) -> gpd.GeoDataFrame:
         raise GeometryError("there is no line among the segments", "segments", "give LineStrings")
     twice = frame.assign(wkb=frame.geometry.to_wkb()).duplicated(["segment_id", "wkb"])
     if twice.any():
-        log.warning("%d segments are given twice and count once", int(twice.sum()))
+        _LOG.warning("%d segments are given twice and count once", int(twice.sum()))
     return frame[~twice.to_numpy()].reset_index(drop=True)
 
 
@@ -185,7 +185,7 @@ def _declared(pieces: gpd.GeoDataFrame, measured: Floats) -> Floats:
     apart = np.abs(ratio - 1) > 0.1
     if apart.any():
         worst = int(np.argmax(np.abs(np.log(ratio))))
-        log.warning(
+        _LOG.warning(
             "%d segments declare a length that differs by over 10 %% from their line, such as %s:"
             " %.1f m declared, %.1f m measured; the declared one counts",
             int(apart.sum()),
@@ -215,7 +215,7 @@ def _shares(ids: Objects, lines: Objects) -> tuple[Floats, Flags]:
     share = np.array([1.0 / count[key] for key in keys])
     shared = share < 1
     if shared.any():
-        log.warning(
+        _LOG.warning(
             "%d segments lie exactly on another (such as %s) and share its length",
             int(shared.sum()),
             ids[int(np.argmax(shared))],
@@ -238,7 +238,7 @@ def _partial_overlaps(ids: Objects, lines: Objects) -> Floats:
         if metres > 1.0 and not lines[a].equals(lines[b]) and _same_way(lines[a], lines[b], part):
             lost[[a, b]] += metres / 2
     if lost.any():
-        log.warning(
+        _LOG.warning(
             "segments overlap along %.0f m (such as %s); that length counts once",
             lost.sum(),
             ids[int(np.argmax(lost))],

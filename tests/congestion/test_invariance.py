@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from covertool.congestion.clock import zone
-from covertool.congestion.occupancy import OccupancyOptions, occupancy_table
+from covertool.congestion.occupancy import occupancy_table
+from covertool.congestion.options import OccupancyOptions
 from covertool.congestion.status import ORDERED, SCALE
 from tests.congestion.town import network, seen
 

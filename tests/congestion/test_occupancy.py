@@ -7,13 +7,8 @@ import pytest
 import shapely
 
 from covertool.congestion.clock import zone
-from covertool.congestion.occupancy import (
-    RUSH_HOURS,
-    OccupancyOptions,
-    confidence_95,
-    hourly,
-    occupancy_table,
-)
+from covertool.congestion.occupancy import confidence_95, occupancy_table
+from covertool.congestion.options import RUSH_HOURS, OccupancyOptions, hourly
 from covertool.congestion.rounding import half_up
 from covertool.errors import ColumnError, OptionError
 from covertool.model import Observations

@@ -7,7 +7,8 @@ import pytest
 
 from covertool.congestion.clock import zone
 from covertool.congestion.feeds.protocol import FeedOptions, feed
-from covertool.congestion.occupancy import OccupancyOptions, occupancy_table
+from covertool.congestion.occupancy import occupancy_table
+from covertool.congestion.options import OccupancyOptions
 from covertool.gis.streams import open_stream
 from covertool.model import Observations
 from covertool.paper import TABLE_1_CELLS, TABLE_1_MEANS, table_1

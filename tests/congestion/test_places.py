@@ -14,7 +14,7 @@ from covertool.congestion.freeflow import with_free_flow
 from covertool.congestion.junctions import junction_shares, junctions
 from covertool.congestion.matching import match_lines
 from covertool.congestion.moment import states_at
-from covertool.congestion.occupancy import OccupancyOptions
+from covertool.congestion.options import OccupancyOptions
 from covertool.congestion.sensitivity import sensitivity
 from covertool.congestion.streets import streets
 from covertool.errors import OptionError

@@ -19,7 +19,7 @@ from covertool.congestion.status import DATEX2_V2, UNKNOWN, status_of_words
 from covertool.errors import ColumnError, FileError
 from covertool.model import Observations
 
-log = logging.getLogger(__name__)
+_LOG = logging.getLogger(__name__)
 
 _RECORDS = ("siteMeasurements", "elaboratedData", "situation")
 _HEADS = ("publicationTime", "timeDefault", "referenceSettings")
@@ -135,7 +135,7 @@ class _Publication:
         places = self.options.sites
         members = {i for i, site in places.items() if self.group in site.groups} or set(places)
         if not members:
-            log.warning(
+            _LOG.warning(
                 "%s: the default status %s for places not listed cannot be used without --sites",
                 self.options.where,
                 self.default_status,
@@ -147,10 +147,10 @@ class _Publication:
 
     def _report(self, more: Counter[str]) -> None:
         for reason, count in (self.skipped + more).items():
-            log.warning("%s: %d records left out: %s", self.options.where, count, reason)
+            _LOG.warning("%s: %d records left out: %s", self.options.where, count, reason)
         strangers = self.listed - set(self.options.sites)
         if self.options.sites and strangers:
-            log.warning(
+            _LOG.warning(
                 "%s: %d places are not in the site table, such as %s; they keep their own id",
                 self.options.where,
                 len(strangers),

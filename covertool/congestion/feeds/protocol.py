@@ -22,7 +22,7 @@ from covertool.congestion.status import DATEX, UNKNOWN, Profile, status_of_speed
 from covertool.errors import FileError, OptionError, TruncatedError
 from covertool.model import Observations
 
-log = logging.getLogger(__name__)
+_LOG = logging.getLogger(__name__)
 
 FORMATS = ("csv", "parquet", "datex2", "waze", "tomtom", "sumo", "trips")
 SPEED_UNITS: Mapping[str, float] = {"m/s": 1.0, "km/h": 1 / 3.6, "mph": 0.44704}
@@ -182,7 +182,7 @@ def keep_or_raise(fault: TruncatedError, records: int, options: FeedOptions) -> 
     """Warn that a feed was cut off when a part is wanted; else raise the fault."""
     if not options.allow_partial:
         raise fault
-    log.warning("%s: %s; the %d records before that are kept", fault.where, fault.what, records)
+    _LOG.warning("%s: %s; the %d records before that are kept", fault.where, fault.what, records)
 
 
 def table(records: list[FlowRecord], profile: Profile) -> Observations:

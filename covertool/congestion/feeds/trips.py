@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, BinaryIO
 
 import numpy as np
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     import geopandas as gpd
     import pandas as pd
 
-log = logging.getLogger(__name__)
+_LOG = logging.getLogger(__name__)
 
 IRISH_GRID = CRS.from_epsg(29903)
 """TM75 / Irish Grid, in which the network is published."""
@@ -80,7 +80,7 @@ def network(stream: BinaryIO, options: FeedOptions) -> gpd.GeoDataFrame:
     lines = shapely.from_wkt(wkt.to_numpy(dtype=object), on_invalid="ignore")
     usable = shapely.is_valid(lines) & (shapely.length(lines) > 0)
     if not usable.all():
-        log.warning("%s: %d links without a line left out", options.where, int((~usable).sum()))
+        _LOG.warning("%s: %d links without a line left out", options.where, int((~usable).sum()))
     frame, lines = frame[usable], lines[usable]
     fresh = ~frame["segment_id"].duplicated().to_numpy()
     moved = crs.transform_geometries(lines[fresh], IRISH_GRID, crs.IRISH_TM)
@@ -100,7 +100,7 @@ def junctions(stream: BinaryIO, options: FeedOptions) -> gpd.GeoDataFrame:
     x, y = (pd.to_numeric(frame[axis], errors="coerce").to_numpy(dtype=float) for axis in "XY")
     usable = (x > 0) & (y > 0)
     if not usable.all():
-        log.warning(
+        _LOG.warning(
             "%s: %d sites without coordinates left out", options.where, int((~usable).sum())
         )
     moved = crs.transform(x[usable], y[usable], IRISH_GRID, crs.IRISH_TM)
@@ -112,6 +112,22 @@ def junctions(stream: BinaryIO, options: FeedOptions) -> gpd.GeoDataFrame:
         geometry=shapely.points(*moved),
         crs=crs.IRISH_TM,
     )
+
+
+NETWORK: Mapping[str, Callable[[BinaryIO, FeedOptions], gpd.GeoDataFrame]] = {
+    "segments": network,
+    "junctions": junctions,
+}
+"""What reads each layer of the network."""
+
+
+def layer_of(columns: Sequence[str]) -> str:
+    """Return which layer of the network a file with these columns holds.
+
+    >>> layer_of(["SiteID", "X", "Y"]), layer_of(["TCS1", "TCS2", "WKT"])
+    ('junctions', 'segments')
+    """
+    return "junctions" if "SiteID" in columns else "segments"
 
 
 def sites(segments: gpd.GeoDataFrame) -> dict[str, Site]:
@@ -151,7 +167,7 @@ def _lengths(ids: Objects, places: Mapping[str, Site]) -> Floats:
     lengths = np.array([places[i].length_m if i in places else np.nan for i in ids.tolist()])
     lost = int((~np.isfinite(lengths)).sum())
     if lost:
-        log.warning("%d travel times are on links of unknown length and stay unknown", lost)
+        _LOG.warning("%d travel times are on links of unknown length and stay unknown", lost)
     return lengths
 
 

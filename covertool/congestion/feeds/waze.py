@@ -15,7 +15,7 @@ from covertool.congestion.status import CLOSED, WAZE, status_of_words
 from covertool.errors import ColumnError, FileError
 from covertool.model import Observations
 
-log = logging.getLogger(__name__)
+_LOG = logging.getLogger(__name__)
 
 
 def read(stream: BinaryIO, options: FeedOptions) -> Iterator[Observations]:
@@ -64,7 +64,7 @@ def _status(jam: Mapping[str, Any], options: FeedOptions) -> str:
 def _speed(jam: Mapping[str, Any], options: FeedOptions) -> float:
     in_mps, in_kmh = number(jam.get("speed")), number(jam.get("speedKMH"))
     if abs(in_mps * 3.6 - in_kmh) > max(1.0, 0.05 * in_kmh):
-        log.warning(
+        _LOG.warning(
             "%s: jam %s says %g m/s and %g km/h; the second is used",
             options.where,
             jam.get("uuid"),
