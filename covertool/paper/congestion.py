@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from decimal import Decimal
 
-from covertool.congestion.occupancy import DAYS, RUSH_HOURS, means_of
+from covertool.congestion.occupancy import DAYS, means_of
+from covertool.congestion.options import RUSH_HOURS
 from covertool.model import OccupancyCell, OccupancyTable
 
 TABLE_1_CELLS: Mapping[str, tuple[str, str]] = {

@@ -19,11 +19,11 @@ from covertool.paper.tables import (
     TABLE_8,
     PaperErrors,
 )
+from covertool.report.positioning_tables import ESTIMATOR_NAMES
 
 TABLES = (1, 2, 4, 5, 6, 7, 8)
 ROMAN = {1: "I", 2: "II", 4: "IV", 5: "V", 6: "VI", 7: "VII", 8: "VIII"}
 SCENARIO_OF = {5: "campus", 6: "town", 7: "town", 8: "town"}
-_NAMES = {"gcpso": "GCPSO", "ekf": "EKF"}
 
 DIFFERENCES: Mapping[int, tuple[str, ...]] = {
     1: (
@@ -62,6 +62,40 @@ OPEN_POINTS = (
     "the noise; seeds were fixed before looking and none is left out.",
     "No default was moved to come nearer to the paper.",
 )
+
+
+def compare(
+    numbers: Sequence[int],
+    found: Mapping[str, Sequence[LayoutResult]],
+    congestion: Callable[[], OccupancyTable],
+    coverage: Callable[[], CoverageReport],
+    *,
+    paper: bool = True,
+    best: bool = True,
+) -> list[Comparison]:
+    """Return the rows of the paper's tables beside ours.
+
+    Parameters
+    ----------
+    numbers : of ``TABLES``
+    found : the layouts of each scenario that a table needs; see ``SCENARIO_OF``
+    congestion, coverage : compute the sample town's week and its levels, where a table needs them
+    paper, best : with the estimators that run as the paper does, and with second_order
+    """
+    rows: list[Comparison] = []
+    for number in numbers:
+        if number == 1:
+            rows += compare_table_1(congestion())
+        elif number == 2:
+            rows += compare_table_2()
+        elif number == 4:
+            rows += compare_table_4(coverage())
+        elif number == 8:
+            rows += compare_table_8(found[SCENARIO_OF[number]], paper=paper, best=best)
+        else:
+            results = found[SCENARIO_OF[number]]
+            rows += compare_errors(number, results, paper=paper, best=best)
+    return rows
 
 
 def compare_table_1(sample: OccupancyTable | None) -> list[Comparison]:
@@ -141,7 +175,7 @@ def _quantities(printed: PaperErrors) -> list[tuple[str, float, _Part]]:
 def _row_name(printed: PaperErrors) -> str:
     car = f", car {printed.car}" if printed.car else ""
     zone = f"{printed.radius_m:g} m zone, " if not printed.car else ""
-    return f"{zone}{_NAMES[printed.estimator]}, noise {printed.sigma_range_m:g} m{car}"
+    return f"{zone}{ESTIMATOR_NAMES[printed.estimator]}, noise {printed.sigma_range_m:g} m{car}"
 
 
 def compare_table_8(

@@ -18,11 +18,6 @@ if TYPE_CHECKING:
     from covertool.traffic.edges import Network
     from covertool.traffic.simulation import Simulation
 
-RADII_M = {"campus": (15.0, 100.0), "town": (15.0,)}
-SIGMAS_M = (0.2, 4.0)
-GPS_RESET_S = {"campus": 1.0, "town": 10.0}
-CARS = 5
-
 
 class Errors(NamedTuple):
     """Mean and standard deviation of the error in both arms; None where a car diverged."""
@@ -78,7 +73,7 @@ class _Run:
         from covertool.traffic.demand import campus_demand, town_demand
         from covertool.traffic.layouts import parked_layouts
         from covertool.traffic.mobility import drive
-        from covertool.traffic.simulation import simulate
+        from covertool.traffic.simulation import GPS_RESET_S, RADII_M, SIGMAS_M, simulate
         from covertool.traffic.vicinity import anchors_along
 
         make = campus_demand if piece.scenario == "campus" else town_demand

@@ -10,7 +10,7 @@ from covertool.traffic.edges import Network
 from covertool.traffic.graph import StreetGraph, largest_component
 from covertool.traffic.streets import MAIN_KINDS
 
-_log = logging.getLogger(__name__)
+_LOG = logging.getLogger(__name__)
 THROUGH_KINDS = frozenset(
     {
         *MAIN_KINDS,
@@ -43,14 +43,14 @@ def through_roads(network: Network) -> tuple[str, ...]:
     kept = largest_component(network, main)
     if main and length_m(network, kept) >= _LEAST_SHARE * length_m(network, main):
         return kept
-    _log.info("%s: no connected through roads; all streets make the circuit", network.path)
+    _LOG.info("%s: no connected through roads; all streets make the circuit", network.path)
     everything = largest_component(network)
     share = length_m(network, everything) / length_m(network, network.edges)
     if share < _LEAST_SHARE:
         raise GeometryError(
             f"the net is only weakly connected: cars can drive there and back on {share:.0%} of it",
             str(network.path),
-            "mend its one-way streets and turns, or name a --circuit of edges",
+            "mend its one-way streets and turns, or drive your own routes with --routes",
         )
     return everything
 
@@ -89,7 +89,7 @@ def closed_circuit(network: Network, *, target_m: float = RING_M) -> tuple[str, 
         raise GeometryError(
             "the net has no ring of streets on which cars could drive round",
             str(network.path),
-            "name the edges of one with --circuit, or choose --scenario town",
+            "choose --scenario town, or drive your own routes with --routes",
         )
     return best[1]
 

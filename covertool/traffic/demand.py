@@ -15,15 +15,15 @@ from covertool.traffic.circuit import closed_circuit, through_roads
 from covertool.traffic.edges import Network
 from covertool.traffic.graph import StreetGraph
 from covertool.traffic.routes import UserRoutes, read_routes
+from covertool.traffic.trace import CAR_LENGTH_M
 
 TOWN_STARTED, TOWN_ENTERING, TOWN_GAP_S = 200, 95, 4.0
 TOWN_HORIZON_S, CAMPUS_HORIZON_S = 420.0, 300.0
 CAMPUS_CARS = 12
-CAR_LENGTH_M = 5.0
 _SPACE_M = 8.0
 """Between the fronts of two cars that start on one lane: a length, a gap and half a metre."""
 _TRIES = 50
-_log = logging.getLogger(__name__)
+_LOG = logging.getLogger(__name__)
 _SEED_LIMIT = 2**31 - 1
 
 
@@ -184,13 +184,18 @@ def user_routes(
 
 def _generator(seed: int, horizon_s: float, cars: int) -> np.random.Generator:
     _require_horizon(horizon_s)
+    require_seed(seed)
+    if cars < 1:
+        raise OptionError("there are no vehicles", f"{cars} cars", "ask for at least one car")
+    return np.random.default_rng(seed)
+
+
+def require_seed(seed: int) -> None:
+    """Refuse a seed of the traffic that SUMO would not take as it is."""
     if not 0 <= seed < _SEED_LIMIT:
         raise OptionError(
             f"the traffic seed {seed} is out of range", "seed", f"use 0 to {_SEED_LIMIT - 1}"
         )
-    if cars < 1:
-        raise OptionError("there are no vehicles", f"{cars} cars", "ask for at least one car")
-    return np.random.default_rng(seed)
 
 
 def _require_horizon(horizon_s: float) -> None:
@@ -247,11 +252,11 @@ def _tell_room(found: int, count: int, length_m: float, where: str) -> None:
         raise GeometryError(
             f"the circuit's lanes of {length_m:.0f} m have no room for a car",
             where,
-            "name a longer circuit",
+            "take a net with longer streets, or drive your own routes with --routes",
         )
     if found < count:
-        _log.warning(
-            "warning: %s: the circuit's lanes of %.0f m have room for %d of the %d cars that start",
+        _LOG.warning(
+            "%s: the circuit's lanes of %.0f m have room for %d of the %d cars that start",
             where, length_m, found, count,
         )  # fmt: skip
 
@@ -268,5 +273,5 @@ def _falls_apart(origin: str, goal: str, network: Network) -> GeometryError:
     return GeometryError(
         f"no way leads from {origin} to {goal}: the streets are only weakly connected",
         str(network.path),
-        "name a circuit in which every street can be reached, or mend the net's one-way streets",
+        "mend the net's one-way streets, or drive your own routes with --routes",
     )

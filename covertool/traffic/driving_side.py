@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 SIDES = ("left", "right")
 Votes = dict[str, int]
-_log = logging.getLogger(__name__)
+_LOG = logging.getLogger(__name__)
 
 _ENOUGH_VOTES, _MAJORITY = 3, 0.8
 _APART_M = (4.0, 30.0)
@@ -61,7 +61,7 @@ def side_of_roads(roads: gpd.GeoDataFrame, where: str) -> str:
         total = sum(votes.values())
         best = max(SIDES, key=lambda side: votes[side])
         if total >= _ENOUGH_VOTES and votes[best] >= _MAJORITY * total:
-            _log.info("%s: the roads say that cars drive on the %s (%s)", where, best, votes)
+            _LOG.info("%s: the roads say that cars drive on the %s (%s)", where, best, votes)
             return best
     return _side_of_place(roads, where)
 
@@ -153,8 +153,8 @@ def _side_of_place(roads: gpd.GeoDataFrame, where: str) -> str:
     lon, lat = (float(v[0]) for v in crs_door.transform(*middle, crs, crs_door.WGS84))
     left = any(w <= lon <= e and s <= lat <= n for w, s, e, n in _LEFT_BOXES)
     side = "left" if left else "right"
-    _log.warning(
-        "warning: %s: the roads do not tell on which side cars drive; by the place (%.2f, %.2f) "
+    _LOG.warning(
+        "%s: the roads do not tell on which side cars drive; by the place (%.2f, %.2f) "
         "the %s is assumed; --driving-side says otherwise",
         where, lat, lon, side,
     )  # fmt: skip

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from covertool.model import Anchors, Floats, Objects, Trace
-from covertool.model.tables import Table
+from covertool.model.tables import Table, by_car
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ def encounters(trace: Trace, anchors: Anchors, radius_m: float) -> Encounters:
     """
     from scipy.spatial import cKDTree
 
-    order = np.lexsort((trace.time_s, trace.vehicle.astype(str)))
+    order = by_car(trace.vehicle, trace.time_s)
     names, car = np.unique(trace.vehicle[order].astype(str), return_inverse=True)
     xy = np.stack([trace.x_m[order], trace.y_m[order]], axis=1)
     ways_m = np.hypot(*np.diff(xy, axis=0).T)
@@ -91,7 +91,7 @@ def anchors_on_way(anchors: Anchors, trace: Trace, distance_m: float) -> Anchors
     """Return the anchors within a distance of the ways of cars, from step to step."""
     import shapely
 
-    order = np.lexsort((trace.time_s, trace.vehicle.astype(str)))
+    order = by_car(trace.vehicle, trace.time_s)
     car = trace.vehicle[order]
     xy = np.stack([trace.x_m[order], trace.y_m[order]], axis=1)
     last = np.append(car[1:] != car[:-1], True)

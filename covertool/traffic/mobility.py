@@ -15,6 +15,7 @@ from pyproj import CRS
 from covertool import crs as crs_door
 from covertool.errors import GeometryError, OptionError
 from covertool.model import Anchors, Trace
+from covertool.model.tables import by_car
 from covertool.traffic.demand import Demand
 from covertool.traffic.edges import Network
 from covertool.traffic.fcd import FcdRows, read_rows
@@ -24,7 +25,7 @@ from covertool.traffic.run import SumoRun, run_sumo
 from covertool.traffic.trace import CAR_LENGTH_M, trace_of
 
 TIMEOUT_S = 600.0
-_log = logging.getLogger(__name__)
+_LOG = logging.getLogger(__name__)
 _JUMP_FACTOR, _JUMP_M = 1.5, 5.0
 
 
@@ -180,7 +181,7 @@ def _jumped(rows: FcdRows, step_s: float) -> frozenset[str]:
 
     On one edge SUMO changes lanes at once, however far apart they lie: that is no jump.
     """
-    order = np.lexsort((rows.time_s, rows.vehicle.astype(str)))
+    order = by_car(rows.vehicle, rows.time_s)
     name, time_s = rows.vehicle[order], rows.time_s[order]
     edge = np.array([_edge_of(lane) for lane in rows.lane[order]], dtype=object)
     moved_m = np.hypot(np.diff(rows.x[order]), np.diff(rows.y[order]))
@@ -216,18 +217,10 @@ def _facts(
     run: SumoRun, demand: Demand, seed: int, step_s: float, anchors_as: str,
     anchors: Anchors | None, left_out: tuple[str, ...],
 ) -> dict[str, Any]:  # fmt: skip
-    """Return what a run reports, and warn of what makes it less than was asked for."""
+    """Return what a run reports."""
     parked = len(anchors) if anchors is not None and anchors_as == "parked" else 0
     loaded, inserted = run.loaded - parked, run.inserted - parked
-    if inserted < loaded:
-        _log.warning(
-            "warning: %d of %d vehicles found no room to enter the net", loaded - inserted, loaded
-        )
-    if left_out:
-        _log.warning(
-            "warning: %d vehicles are left out, for SUMO teleported them or let them collide: %s",
-            len(left_out), ", ".join(left_out[:10]),
-        )  # fmt: skip
+    _tell_of_lost(loaded, inserted, left_out)
     return {
         "sumo": run.version,
         "seed": seed,
@@ -245,3 +238,14 @@ def _facts(
         "left_out": left_out,
         "anchors_as": anchors_as,
     }
+
+
+def _tell_of_lost(loaded: int, inserted: int, left_out: tuple[str, ...]) -> None:
+    """Warn of what makes a run less than was asked for."""
+    if inserted < loaded:
+        _LOG.warning("%d of %d vehicles found no room to enter the net", loaded - inserted, loaded)
+    if left_out:
+        _LOG.warning(
+            "%d vehicles are left out, for SUMO teleported them or let them collide: %s",
+            len(left_out), ", ".join(left_out[:10]),
+        )  # fmt: skip

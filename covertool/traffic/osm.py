@@ -15,7 +15,7 @@ from covertool.traffic.edges import Network
 from covertool.traffic.graph import largest_component
 from covertool.traffic.netconvert import netconvert, projection_text
 
-_log = logging.getLogger(__name__)
+_LOG = logging.getLogger(__name__)
 _OPTIONS = (
     "--keep-edges.by-vclass=passenger",
     "--remove-edges.isolated",
@@ -83,8 +83,8 @@ def _connected(network: Network, net: Path, where: str) -> Network:
     length_m = {name: edge.length_m for name, edge in network.edges.items()}
     lost = 1 - np.sum([length_m[name] for name in kept]) / np.sum(list(length_m.values()))
     if lost > 0.1:
-        _log.warning(
-            "warning: %s: %.0f %% of the street length is left out, for cars could not drive "
+        _LOG.warning(
+            "%s: %.0f %% of the street length is left out, for cars could not drive "
             "there and back (one-way streets cut off by the edge of the extract)",
             where, 100 * lost,
         )  # fmt: skip

@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 
 from covertool.model import Anchors, Floats
-from covertool.traffic.edges import Network
+from covertool.traffic.edges import Edge, Network
 
 ANCHORS_AS = ("points", "parked")
 PARKED = "anchor."
@@ -36,33 +36,38 @@ def parked_cars(anchors: Anchors, network: Network, begin_s: float) -> tuple[lis
     names = list(network.edges)
     tree = shapely.STRtree([shapely.LineString(network.edges[name].shape) for name in names])
     places = np.asarray(shapely.points(anchors.x_m, anchors.y_m), dtype=object)
-    nearest = tree.nearest(places)
     areas, cars = [], []
-    for row, chosen in enumerate(nearest):
-        edge = network.edges[names[int(chosen)]]
-        line = tree.geometries[chosen]
-        along = float(line.project(places[row]))
-        heading = _heading(line, along)
-        # SUMO puts the front bumper on the space; the anchor is the middle of the car.
-        front_m = shapely.get_coordinates(places[row])[0] + heading * _CAR_M[0] / 2
-        x, y = network.projection.to_net(front_m[:1], front_m[1:])
-        at_m = along * edge.length_m / float(line.length)
-        start_m = min(max(at_m - _HALF_AREA_M, 0.0), max(edge.length_m - 2 * _HALF_AREA_M, 0.0))
-        end_m = min(start_m + 2 * _HALF_AREA_M, edge.length_m)
-        angle = (180.0 - float(np.degrees(np.arctan2(*heading)))) % 360.0
-        name = quoteattr(PARKED + str(anchors.id[row]))
-        areas.append(
-            f'<parkingArea id={name} lane="{edge.id}_{edge.lanes[0]}" startPos="{start_m:.2f}" '
-            f'endPos="{end_m:.2f}" roadsideCapacity="0"><space x="{x[0]:.3f}" y="{y[0]:.3f}" '
-            f'length="{_CAR_M[0]}" width="{_CAR_M[1]}" angle="{angle:.2f}"/></parkingArea>'
-        )
+    for name, place, nearest in zip(anchors.id, places, tree.nearest(places), strict=True):
+        id_ = quoteattr(PARKED + str(name))
+        edge = network.edges[names[int(nearest)]]
+        areas.append(_parking_area(id_, edge, tree.geometries[nearest], place, network))
         cars.append(
-            f'<vehicle id={name} type="parked" depart="{begin_s:.2f}" departPos="stop" '
+            f'<vehicle id={id_} type="parked" depart="{begin_s:.2f}" departPos="stop" '
             'insertionChecks="none">'
-            f'<route edges={quoteattr(edge.id)}/><stop parkingArea={name} duration="1000000"/>'
+            f'<route edges={quoteattr(edge.id)}/><stop parkingArea={id_} duration="1000000"/>'
             "</vehicle>"
         )
     return areas, cars
+
+
+def _parking_area(
+    id_: str, edge: Edge, line: shapely.LineString, place: shapely.Point, network: Network
+) -> str:
+    """Return the parking area of one space in which a car stands at a place beside an edge."""
+    along_m = float(line.project(place))
+    heading = _heading(line, along_m)
+    # SUMO puts the front bumper on the space; the anchor is the middle of the car.
+    front_m = shapely.get_coordinates(place)[0] + heading * _CAR_M[0] / 2
+    x, y = network.projection.to_net(front_m[:1], front_m[1:])
+    at_m = along_m * edge.length_m / float(line.length)
+    start_m = min(max(at_m - _HALF_AREA_M, 0.0), max(edge.length_m - 2 * _HALF_AREA_M, 0.0))
+    end_m = min(start_m + 2 * _HALF_AREA_M, edge.length_m)
+    angle = (180.0 - float(np.degrees(np.arctan2(*heading)))) % 360.0
+    return (
+        f'<parkingArea id={id_} lane="{edge.id}_{edge.lanes[0]}" startPos="{start_m:.2f}" '
+        f'endPos="{end_m:.2f}" roadsideCapacity="0"><space x="{x[0]:.3f}" y="{y[0]:.3f}" '
+        f'length="{_CAR_M[0]}" width="{_CAR_M[1]}" angle="{angle:.2f}"/></parkingArea>'
+    )
 
 
 def parked_type() -> str:

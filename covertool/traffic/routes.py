@@ -10,6 +10,7 @@ from covertool.errors import FileError, GeometryError
 from covertool.gis.streams import open_stream
 from covertool.traffic.edges import Network
 from covertool.traffic.fcd import clock_s
+from covertool.traffic.trace import CAR_LENGTH_M
 from covertool.traffic.xml import Element, elements
 
 _VEHICLES = ("vehicle", "trip", "flow")
@@ -27,7 +28,6 @@ _LENGTH_M = {
     "bicycle": 1.6,
 }
 """Lengths that SUMO gives to classes of vehicles when their type names none."""
-_CAR_LENGTH_M = 5.0
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ class _Reading:
 def _length_m(element: Element, where: str) -> float:
     text = element.get("length")
     if text is None:
-        return _LENGTH_M.get(element.get("vClass", "passenger"), _CAR_LENGTH_M)
+        return _LENGTH_M.get(element.get("vClass", "passenger"), CAR_LENGTH_M)
     return _number(text, f"the length of type {element.get('id')!r}", where)
 
 

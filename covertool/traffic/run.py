@@ -12,22 +12,22 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from covertool.errors import ComputationError, CovertoolError, FileError, GeometryError, OptionError
+from covertool.errors import ComputationError, CovertoolError, FileError, GeometryError
 from covertool.gis.streams import open_stream
 from covertool.model import Anchors
 from covertool.traffic.child import Finished, run_program
-from covertool.traffic.demand import CAR_LENGTH_M, Demand, Trip
+from covertool.traffic.demand import Demand, Trip, require_seed
 from covertool.traffic.disk import refuse_full_disk, write_xml
 from covertool.traffic.edges import Network
 from covertool.traffic.fcd import FcdRows, read_rows
 from covertool.traffic.parked import anchor_points, parked_cars, parked_type
 from covertool.traffic.sumo import find_sumo
+from covertool.traffic.trace import CAR_LENGTH_M
 from covertool.traffic.xml import elements
 
-_log = logging.getLogger(__name__)
+_LOG = logging.getLogger(__name__)
 EDGE_DATA_S = 60.0
 """Length of the intervals of the edgeData."""
-_SEED_LIMIT = 2**31
 _TAIL_BYTES = 4096
 _TELEPORTED = re.compile(r"^Warning: Teleporting vehicle '(.+?)';", re.MULTILINE)
 _UNKNOWN_EDGE = re.compile(r"[Ee]dge '(.+?)'.*(?:is not known|unknown)")
@@ -89,8 +89,7 @@ def run_sumo(
     GeometryError
         When SUMO refuses the routes, or no vehicle enters.
     """
-    if not 0 <= seed < _SEED_LIMIT:
-        raise OptionError(f"the seed {seed} is out of range", "seed", f"use 0 to {_SEED_LIMIT - 1}")
+    require_seed(seed)
     sumo = find_sumo()
     files = _Files(folder)
     files.write(network, demand, anchors, anchors_as)
@@ -292,7 +291,7 @@ def _failed(finished: Finished, where: str) -> CovertoolError:
             where,
             "raise the limit (ulimit -f), or simulate fewer cars or a shorter horizon",
         )
-    _log.warning("the last lines of SUMO's messages:\n%s", finished.last_lines)
+    _LOG.warning("the last lines of SUMO's messages:\n%s", finished.last_lines)
     return ComputationError(
         f"SUMO {finished.ending}: {told or 'it told no reason'}",
         where,

@@ -17,9 +17,19 @@ from covertool.positioning import ARMS, ESTIMATORS, PositioningOptions, Scenario
 from covertool.traffic.encounters import Encounters, encounters
 from covertool.traffic.layouts import parked_layouts
 from covertool.traffic.mobility import Mobility
+from covertool.traffic.vicinity import box_text
 
 if TYPE_CHECKING:
     import pandas as pd
+
+SIGMAS_M = (0.2, 4.0)
+"""Range noises of the paper: UWB and radio ranging."""
+
+RADII_M = {"campus": (15.0, 100.0), "town": (15.0,)}
+"""The paper's communication zones, by scenario."""
+
+GPS_RESET_S = {"campus": 1.0, "town": 10.0}
+"""An isolated car takes its GPS fix every so many seconds ("occasionally", says the paper)."""
 
 LONGEST = 5
 """The paper reports the five cars with the longest routes."""
@@ -82,8 +92,8 @@ def simulate(
     *,
     arms: Sequence[str] = ARMS,
     estimators: Sequence[str] = ESTIMATORS,
-    sigmas_m: Sequence[float] = (0.2, 4.0),
-    radii_m: Sequence[float] = (15.0,),
+    sigmas_m: Sequence[float] = SIGMAS_M,
+    radii_m: Sequence[float] = RADII_M["town"],
     runs: int = 40,
     seed: int = 1,
     options: PositioningOptions | None = None,
@@ -119,44 +129,59 @@ def simulate(
         When parked cars and traffic are not in one CRS.
     OptionError, GeometryError
         When an option is out of range, or the trace is empty or broken.
+
+    Examples
+    --------
+    >>> from covertool.gis.read import read_anchors
+    >>> from covertool.gis.sample import SAMPLE_STUDY, SAMPLE_TRACE, sample_folder
+    >>> from covertool.traffic.mobility import recorded
+    >>> traffic = recorded(sample_folder() / SAMPLE_TRACE, crs="EPSG:2157", horizon_s=10.0)
+    >>> parked = read_anchors(sample_folder() / SAMPLE_STUDY, dst_crs=traffic.crs)
+    >>> found = simulate(
+    ...     traffic, parked, estimators=["ekf"], sigmas_m=[0.2], runs=2, bound=False
+    ... )
+    >>> sorted({result.arm for result in found.report.results})
+    ['gps', 'gps_odometry', 'proposed', 'traditional']
     """
     mobilities = (mobility,) if isinstance(mobility, Mobility) else tuple(mobility)
     _require_one_crs(mobilities, anchors)
     if not radii_m:
         raise OptionError("there is no communication zone", "radii_m", "give one in metres")
-    parked = parked_layouts(
-        anchors, layouts, share=penetration, seed=seed, network=mobilities[0].network
-    )
-    scenarios = tuple(
-        Scenario(each.trace, layout, layout=number, traffic_seed=int(each.facts.get("seed") or 0))
-        for number, layout in enumerate(parked)
-        for each in mobilities
-    )
+    scenarios = _scenarios(mobilities, anchors, layouts, penetration, seed)
     met = tuple(encounters(each.trace, each.anchors, float(radii_m[0])) for each in scenarios)
     named = tuple(vehicles) or met[0].longest(LONGEST)
     begun = time.perf_counter()
     report = position_errors(
-        scenarios,
-        arms=arms,
-        estimators=estimators,
-        sigmas_m=sigmas_m,
-        radii_m=radii_m,
-        runs=runs,
-        seed=seed,
-        options=options,
-        vehicles=named,
-        bound=bound,
-        workers=workers,
-        scheduler=scheduler,
-        on_start=on_start,
-        on_done=on_done,
-    )
-    took = time.perf_counter() - begun
-    seconds = {"sumo": sum(float(each.facts.get("seconds") or 0.0) for each in mobilities)}
-    seconds["positioning"] = took - (report.bound_seconds or 0.0)
-    if report.bound_seconds is not None:
-        seconds["bound"] = report.bound_seconds
+        scenarios, arms=arms, estimators=estimators, sigmas_m=sigmas_m, radii_m=radii_m, runs=runs,
+        seed=seed, options=options, vehicles=named, bound=bound, workers=workers,
+        scheduler=scheduler, on_start=on_start, on_done=on_done,
+    )  # fmt: skip
+    seconds = _seconds(mobilities, report, time.perf_counter() - begun)
     return Simulation(mobilities, scenarios, report, named, met, seconds)
+
+
+def _scenarios(
+    mobilities: Sequence[Mobility], anchors: Anchors, layouts: int, penetration: float, seed: int
+) -> tuple[Scenario, ...]:
+    """Return each traffic with each layout of the parked cars."""
+    network = mobilities[0].network
+    parked = parked_layouts(anchors, layouts, share=penetration, seed=seed, network=network)
+    return tuple(
+        Scenario(each.trace, layout, layout=number, traffic_seed=int(each.facts.get("seed") or 0))
+        for number, layout in enumerate(parked)
+        for each in mobilities
+    )
+
+
+def _seconds(
+    mobilities: Sequence[Mobility], report: PositioningReport, took_s: float
+) -> dict[str, float]:
+    """Return what took how long; the bound apart where it was computed."""
+    seconds = {
+        "sumo": sum(float(each.facts.get("seconds") or 0.0) for each in mobilities),
+        "positioning": took_s - (report.bound_seconds or 0.0),
+    }
+    return seconds if report.bound_seconds is None else seconds | {"bound": report.bound_seconds}
 
 
 def require_reach(mobilities: Sequence[Mobility], anchors: Anchors, radius_m: float) -> None:
@@ -178,17 +203,10 @@ def require_reach(mobilities: Sequence[Mobility], anchors: Anchors, radius_m: fl
     trace = mobilities[0].trace
     raise GeometryError(
         f"no anchor is within {radius_m:g} m of any car's way",
-        f"{len(anchors)} anchors in {_box(anchors.x_m, anchors.y_m)}, "
-        f"cars in {_box(trace.x_m, trace.y_m)} ({crs_door.name(mobilities[0].crs)})",
+        f"{len(anchors)} anchors in {box_text(anchors.x_m, anchors.y_m)}, "
+        f"cars in {box_text(trace.x_m, trace.y_m)} ({crs_door.name(mobilities[0].crs)})",
         "check the CRS of both, use a larger --radius, or add --allow-unheard to go on without",
     )
-
-
-def _box(x_m: object, y_m: object) -> str:
-    x, y = np.asarray(x_m), np.asarray(y_m)
-    if not x.size:
-        return "no box"
-    return f"x {x.min():.0f} to {x.max():.0f}, y {y.min():.0f} to {y.max():.0f}"
 
 
 def _require_one_crs(mobilities: Sequence[Mobility], anchors: Anchors) -> None:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
@@ -41,6 +41,14 @@ _JUNCTION_M = 4.0
 """Meetings of streets closer than this are one junction."""
 _STUB_M = 25.0
 """A dead end shorter than this is no street, but a line that runs on past its junction."""
+
+
+class _Street(NamedTuple):
+    """What a street's row says beside its line; it has one lane each way."""
+
+    kind: str
+    name: str
+    lane_m: float
 
 
 @dataclass(frozen=True)
@@ -80,15 +88,13 @@ def network_from_streets(
     rows = streets[~streets["kind"].isin(_OFF_STREET)]
     lines = _joined(np.asarray(rows.geometry.array, dtype=object), rows["width_m"].to_numpy(float))
     junctions, pieces = _cut(lines)
-    kinds = [str(kind) for kind in rows["kind"]]
-    signals = _signals(pieces, kinds)
+    known = _streets(rows)
+    signals = _signals(pieces, known)
     origin = np.floor(junctions.min(axis=0))
     base = Path(folder).resolve()
     _write_nodes(base / "streets.nod.xml", junctions, signals, origin, crs)
-    _write_types(base / "streets.typ.xml", kinds)
-    names = [str(name) for name in rows["name"]] if "name" in rows else [""] * len(rows)
-    widths_m = dict(enumerate(rows["width_m"].to_numpy(float) / 2))
-    _write_edges(base / "streets.edg.xml", pieces, kinds, names, widths_m, origin)
+    _write_types(base / "streets.typ.xml", sorted({street.kind for street in known}))
+    _write_edges(base / "streets.edg.xml", pieces, known, origin)
     options = [
         "--node-files=streets.nod.xml",
         "--edge-files=streets.edg.xml",
@@ -121,6 +127,15 @@ def _require(streets: gpd.GeoDataFrame) -> CRS:
             "the streets hold no simple lines of streets", "streets", "explode multi-part lines"
         )
     return crs
+
+
+def _streets(rows: gpd.GeoDataFrame) -> list[_Street]:
+    """Return what each row says beside its line."""
+    names = rows["name"] if "name" in rows else [""] * len(rows)
+    return [
+        _Street(str(kind), str(name), float(width_m) / 2)
+        for kind, name, width_m in zip(rows["kind"], names, rows["width_m"], strict=True)
+    ]
 
 
 def _joined(lines: Objects, widths_m: Floats) -> Objects:
@@ -229,9 +244,9 @@ def _number(places: list[Floats], place: Floats) -> int:
     return len(places) - 1
 
 
-def _signals(pieces: list[_Piece], kinds: list[str]) -> set[int]:
+def _signals(pieces: list[_Piece], streets: list[_Street]) -> set[int]:
     """Return the junctions at which three arms of through roads meet."""
-    ends = [k for p in pieces if kinds[p.street] in MAIN_KINDS for k in (p.start, p.end)]
+    ends = [k for p in pieces if streets[p.street].kind in MAIN_KINDS for k in (p.start, p.end)]
     arms: npt.NDArray[np.int64] = np.bincount(np.array(ends, dtype=np.int64), minlength=1)
     return {int(k) for k in np.flatnonzero(arms >= 3)}
 
@@ -258,21 +273,15 @@ def _write_types(path: Path, kinds: list[str]) -> None:
     rows = [
         f'<type id={quoteattr(kind)} numLanes="1" priority="{_PRIORITY.get(kind, _OTHER_PRIORITY)}"'
         f' speed="{_SPEED_KMH.get(kind, _OTHER_SPEED_KMH) / 3.6:.3f}" spreadType="right"/>'
-        for kind in sorted(set(kinds))
+        for kind in kinds
     ]
     write_xml(path, "types", rows)
 
 
-def _write_edges(
-    path: Path,
-    pieces: list[_Piece],
-    kinds: list[str],
-    names: list[str],
-    widths_m: Mapping[int, float],
-    origin: Floats,
-) -> None:
+def _write_edges(path: Path, pieces: list[_Piece], streets: list[_Street], origin: Floats) -> None:
     rows = []
     for piece in pieces:
+        street = streets[piece.street]
         points = shapely.get_coordinates(piece.line) - origin
         for sign, start, end, shape in (
             ("", piece.start, piece.end, points),
@@ -281,7 +290,7 @@ def _write_edges(
             text = " ".join(f"{x:.2f},{y:.2f}" for x, y in shape)
             rows.append(
                 f'<edge id="{sign}{piece.id}" from="J{start}" to="J{end}" '
-                f"type={quoteattr(kinds[piece.street])} name={quoteattr(names[piece.street])} "
-                f'width="{widths_m[piece.street]:.2f}" shape="{text}"/>'
+                f"type={quoteattr(street.kind)} name={quoteattr(street.name)} "
+                f'width="{street.lane_m:.2f}" shape="{text}"/>'
             )
     write_xml(path, "edges", rows)

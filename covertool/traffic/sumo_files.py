@@ -13,14 +13,14 @@ import shapely
 from covertool.errors import OptionError
 from covertool.gis import guard
 from covertool.gis.formats import Format
+from covertool.gis.styles import LEVEL_COLOURS, PARKED_COLOUR, rgb
 from covertool.model import Anchors, Floats, Objects, PositionTracks, Trace
 from covertool.traffic.network import Network
 from covertool.traffic.trace import CAR_LENGTH_M
 
 ADDITIONAL_FORMATS = (Format("SUMO additional file", "", (".add.xml", ".xml")),)
 FCD_FORMATS = (Format("SUMO FCD", "", (".xml",)),)
-LEVEL_COLOURS = {1: "255,217,47,160", 2: "253,141,60,160", 3: "227,26,28,160"}
-ANCHOR_COLOUR = "0,0,0"
+_LEVEL_OPACITY = 160
 _HEAD = '<?xml version="1.0" encoding="UTF-8"?>\n'
 
 
@@ -54,7 +54,7 @@ def _pois(anchors: Anchors, network: Network | None) -> Iterator[str]:
     for name, origin, px, py in zip(anchors.id, anchors.origin, x, y, strict=True):
         yield (
             f"    <poi id={quoteattr(f'anchor {name}')} type={quoteattr(f'anchor.{origin}')} "
-            f'color="{ANCHOR_COLOUR}" layer="100" x="{px:.3f}" y="{py:.3f}"/>\n'
+            f'color="{_colour(PARKED_COLOUR)}" layer="100" x="{px:.3f}" y="{py:.3f}"/>\n'
         )
 
 
@@ -67,8 +67,14 @@ def _polygons(levels: Mapping[int, shapely.MultiPolygon], network: Network | Non
             shape = " ".join(f"{px:.2f},{py:.2f}" for px, py in zip(x, y, strict=True))
             yield (
                 f'    <poly id="level {level} part {number}" type="coverage.level_{level}" '
-                f'color="{LEVEL_COLOURS[level]}" fill="1" layer="-1" shape="{shape}"/>\n'
+                f'color="{_colour(LEVEL_COLOURS[level])},{_LEVEL_OPACITY}" fill="1" layer="-1" '
+                f'shape="{shape}"/>\n'
             )
+
+
+def _colour(colour: str) -> str:
+    """Return #rrggbb as SUMO writes it."""
+    return ",".join(map(str, rgb(colour)))
 
 
 def without_holes(polygon: shapely.Polygon) -> list[shapely.Polygon]:

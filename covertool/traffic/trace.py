@@ -9,6 +9,7 @@ import numpy as np
 
 from covertool.errors import ColumnError, GeometryError
 from covertool.model import Floats, Objects, Trace
+from covertool.model.tables import by_car
 from covertool.traffic.fcd import FcdRows, read_rows
 from covertool.traffic.projection import Projection
 
@@ -119,7 +120,7 @@ def _require_places(x: Floats, y: Floats, where: str) -> None:
 
 
 def _refuse_twice(rows: FcdRows, where: str) -> None:
-    order = np.lexsort((rows.time_s, rows.vehicle.astype(str)))
+    order = by_car(rows.vehicle, rows.time_s)
     time, name = rows.time_s[order], rows.vehicle[order]
     same = (np.diff(time) == 0) & (name[1:] == name[:-1])
     if same.any():

@@ -9,11 +9,16 @@ import numpy as np
 import shapely
 from pyproj import CRS
 
-from covertool.model import CarErrors, Trace
+from covertool.model import CarErrors, Trace, TransitArea
+from covertool.model.tables import by_car
 from covertool.traffic.encounters import Encounters
 
 if TYPE_CHECKING:
     import geopandas as gpd
+
+
+DRIVEN_M = 10.0
+"""How far around the cars' places they are taken to drive, where no transit area is known."""
 
 
 def trajectories(
@@ -34,7 +39,7 @@ def trajectories(
     """
     import geopandas as gpd
 
-    order = np.lexsort((trace.time_s, trace.vehicle.astype(str)))
+    order = by_car(trace.vehicle, trace.time_s)
     names, first, count = np.unique(
         trace.vehicle[order].astype(str), return_index=True, return_counts=True
     )
@@ -53,6 +58,27 @@ def trajectories(
         "met_per_km": met.met_per_km,
     }
     return gpd.GeoDataFrame({**columns, **_errors(errors)}, geometry=lines, crs=crs)
+
+
+def driven_area(trace: Trace, crs: CRS, *, around_m: float = DRIVEN_M) -> TransitArea:
+    """Return the area around the places of cars, which stands for a transit area not known.
+
+    Parameters
+    ----------
+    trace : positions of the cars' centres
+    crs : its CRS
+    around_m : how far around each place
+
+    Examples
+    --------
+    >>> zero = np.zeros(1)
+    >>> trace = Trace(zero, np.array(["a"], dtype=object), zero, zero, zero, zero)
+    >>> round(driven_area(trace, CRS(2157)).area_m2)
+    306
+    """
+    places = shapely.points(trace.x_m, trace.y_m)
+    driven = shapely.union_all(shapely.buffer(places, around_m, quad_segs=4))
+    return TransitArea(shapely.MultiPolygon(list(shapely.get_parts(driven))), crs)
 
 
 def _errors(errors: Sequence[CarErrors]) -> dict[str, object]:

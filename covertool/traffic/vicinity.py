@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 
 from covertool.errors import GeometryError
-from covertool.model import Anchors, Bounds
+from covertool.model import Anchors, Floats
 from covertool.traffic.edges import Network
 
 ALONG_M = 15.0
@@ -54,14 +54,21 @@ def require_inside(anchors: Anchors, network: Network) -> None:
     x0, y0, x1, y1 = network.bounds_m
     inside = (anchors.x_m >= x0) & (anchors.x_m <= x1) & (anchors.y_m >= y0) & (anchors.y_m <= y1)
     if not inside.any():
-        box = (anchors.x_m.min(), anchors.y_m.min(), anchors.x_m.max(), anchors.y_m.max())
+        box = box_text(anchors.x_m, anchors.y_m)
+        net = box_text(np.array([x0, x1]), np.array([y0, y1]))
         raise GeometryError(
             "all anchors lie outside the net",
-            f"anchors {_told(box)}; net {_told(network.bounds_m)}",
+            f"anchors {box}; net {net}",
             "check the CRS of both: --crs of the anchors, --net-crs of the net",
         )
 
 
-def _told(box: Bounds) -> str:
-    x0, y0, x1, y1 = box
-    return f"x {x0:.0f} to {x1:.0f}, y {y0:.0f} to {y1:.0f}"
+def box_text(x_m: Floats, y_m: Floats) -> str:
+    """Return the box of places in words.
+
+    >>> box_text(np.array([0.0, 9.6]), np.array([5.0, 7.0]))
+    'x 0 to 10, y 5 to 7'
+    """
+    if not x_m.size:
+        return "no box"
+    return f"x {x_m.min():.0f} to {x_m.max():.0f}, y {y_m.min():.0f} to {y_m.max():.0f}"
