@@ -18,8 +18,11 @@ from covertool.report.figures import draw_north_arrow, draw_scale_bar
 if TYPE_CHECKING:
     from collections.abc import Collection
 
+    import geopandas as gpd
     from pyproj import CRS
 
+    from covertool.congestion.moment import Moment
+    from covertool.congestion.streets import Streets
     from covertool.model import Objects, OccupancyTable
 
 _WIDTHS_PT = {"unknown": 0.8, "closed": 1.4, "free": 1.6, "occupied": 1.8}
@@ -38,6 +41,23 @@ def kinds(status: Objects, occupied: Collection[str]) -> Objects:
     for word in (CLOSED, UNKNOWN):
         kind[words == word] = word
     return kind
+
+
+def congestion_layer(network: Streets, moment: Moment, kind: Objects) -> gpd.GeoDataFrame:
+    """Return the pieces of street as a layer, each with its state at one moment."""
+    import geopandas as gpd
+
+    columns = {
+        "segment_id": network.segment_id,
+        "length_m": network.length_m,
+        "lanes": network.lanes,
+        "status": moment.status,
+        "kind": kind,
+        "queue_m": moment.queue_m,
+        "day": str(moment.day),
+        "window": moment.window,
+    }
+    return gpd.GeoDataFrame(columns, geometry=list(network.line), crs=network.crs)
 
 
 def congestion_map(

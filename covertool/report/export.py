@@ -19,18 +19,18 @@ from covertool.gis.study import (
     read_tables,
     table_names,
 )
-from covertool.gis.textfile import LATEX, MARKDOWN, write_text
+from covertool.gis.textfile import HTML, LATEX, MARKDOWN, write_text
 from covertool.gis.write import write_layers
 from covertool.report import markup, tables, views
 from covertool.report.discs import disc_layer
 from covertool.report.findings import read_findings, run_id
+from covertool.report.parts import LAYER_MENDS, typed
 from covertool.report.views import MapOptions
 
 if TYPE_CHECKING:
     import pandas as pd
 
 _RASTER = formats.RASTER_FORMATS[0]
-_PAGE = Format("HTML", "", (".html", ".htm"))
 _MARKUP = (LATEX, MARKDOWN)
 OUTPUTS = (*formats.VECTOR_OUTPUTS, XLSX, *_MARKUP, *FIGURE_FORMATS)
 """Formats that a study is exported to."""
@@ -77,6 +77,16 @@ def export(
         cannot be read or written.
     OptionError
         When the options do not fit together.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from covertool.gis.sample import SAMPLE_STUDY, sample_folder
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     page = Path(folder) / "transit.geojson"
+    ...     export(sample_folder() / SAMPLE_STUDY, page, layers=["transit"])
+    ...     "FeatureCollection" in page.read_text(encoding="utf-8")
+    True
     """
     source, target = Path(study), guard.local_path(path)
     _refuse_what_is_computed(source, target)
@@ -103,7 +113,7 @@ def _refuse_what_is_computed(study: Path, path: Path) -> None:
             str(path),
             f"covertool coverage {study} --radius 15 --raster 0.5 -o {path}",
         )
-    if formats.by_suffix(path, (_PAGE,)):
+    if formats.by_suffix(path, (HTML,)):
         raise FileError(
             "a page is made by the verb report", str(path), f"covertool report {study} -o {path}"
         )
@@ -116,13 +126,8 @@ def _chosen(
     there = layer_names(study)
     missing = [name for name in layers if name not in there]
     if missing:
-        raise FileError(
-            f"the study has no layer {missing[0]}",
-            str(study),
-            views.MENDS.get(missing[0], f"choose of: {', '.join(there) or 'none'}").replace(
-                "STUDY", str(study)
-            ),
-        )
+        mend = LAYER_MENDS.get(missing[0], f"choose of: {', '.join(there) or 'none'}")
+        raise FileError(f"the study has no layer {missing[0]}", str(study), typed(mend, str(study)))
     names = list(layers) or (there if known.layers or not discs else [])
     if not known.layers and len(names) + len(discs) > 1:
         raise OptionError(
@@ -134,7 +139,8 @@ def _chosen(
     if discs:
         anchors = read_layers(study, ["anchors"])
         if not anchors:
-            raise FileError("the study has no layer anchors", str(study), views.MENDS["anchors"])
+            mend = typed(LAYER_MENDS["anchors"], str(study))
+            raise FileError("the study has no layer anchors", str(study), mend)
         chosen |= dict(disc_layer(anchors["anchors"], size) for size in discs)
     if known is formats.GEOPACKAGE and not layers:
         chosen |= read_tables(study, table_names(study))

@@ -1,9 +1,13 @@
-"""The parts of a study that become tables, each with the command that makes it."""
+"""The parts of a study, tables and layers, each with the command that makes it."""
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass
+
+from covertool.errors import FileError
+from covertool.model import LEVELS
 
 
 @dataclass(frozen=True)
@@ -20,6 +24,20 @@ class Part:
     table: str
     title: str
     mend: str
+
+    def absent(self, study: str) -> FileError:
+        """Return the error that a study lacks this part, with the command that makes it."""
+        words = self.table.replace("_", " ")
+        return FileError(f"the study holds no {words}", study, typed(self.mend, study))
+
+
+def typed(command: str, study: str) -> str:
+    """Return a command about STUDY as it is typed for a study.
+
+    >>> typed("covertool simulate STUDY --into STUDY", "my town.gpkg")
+    "covertool simulate 'my town.gpkg' --into 'my town.gpkg'"
+    """
+    return command.replace("STUDY", shlex.quote(study))
 
 
 PARTS: Mapping[str, Part] = {
@@ -46,12 +64,12 @@ PARTS: Mapping[str, Part] = {
     "congestion": Part(
         "occupancy",
         "Street length that is slow or stands, by weekday and time",
-        "covertool congestion table OBSERVATIONS --into STUDY",
+        "covertool congestion table OBSERVATIONS --segments STUDY --tz ZONE --into STUDY",
     ),
     "congestion_means": Part(
         "occupancy_means",
         "Street length that is slow or stands, means over days",
-        "covertool congestion table OBSERVATIONS --into STUDY",
+        "covertool congestion table OBSERVATIONS --segments STUDY --tz ZONE --into STUDY",
     ),
     "positioning": Part(
         "positioning",
@@ -69,3 +87,17 @@ PARTS: Mapping[str, Part] = {
         "covertool simulate STUDY --into STUDY",
     ),
 }
+
+LAYER_MENDS: Mapping[str, str] = {
+    "transit": "covertool transit FILE --into STUDY",
+    "anchors": "covertool anchors parked --osm FILE --into STUDY",
+    "vehicles": "covertool extract IMAGE --into STUDY",
+    "segments": "covertool simulate STUDY -o NEW.gpkg",
+    "congestion": "covertool congestion map OBSERVATIONS --segments STUDY --tz ZONE --into STUDY",
+    "trajectories": "covertool simulate STUDY --into STUDY",
+    **{
+        f"coverage_level_{level}": "covertool coverage STUDY --radius 15 --into STUDY"
+        for level in LEVELS[1:]
+    },
+}
+"""The command that makes each layer, with STUDY for the study's path."""

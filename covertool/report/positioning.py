@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from covertool.model import CarDensity, Floats, PositionTracks
+from covertool.report.positioning_tables import ESTIMATOR_NAMES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -31,7 +32,6 @@ BAND = (10.0, 90.0)
 """Percentiles of the runs between which the band lies."""
 
 _Case = tuple[str, float | None, float | None]
-_NAMES = {"gcpso": "GCPSO", "ekf": "EKF", "second_order": "second order"}
 
 
 def error_over_time(tracks: Sequence[PositionTracks], cars: Sequence[str]) -> Figure:
@@ -78,7 +78,8 @@ def _case_text(case: _Case | None) -> str:
     if case is None:
         return ""
     estimator, sigma_m, radius_m = case
-    return f", {_NAMES.get(estimator, estimator)}, range noise {sigma_m:g} m, zone {radius_m:g} m"
+    name = ESTIMATOR_NAMES.get(estimator, estimator)
+    return f", {name}, range noise {sigma_m:g} m, zone {radius_m:g} m"
 
 
 def _draw_error(axes: Axes, track: PositionTracks, car: str) -> None:

@@ -1,16 +1,22 @@
-"""The positioning report as tables of text, laid out as the paper's Tables V to VIII."""
+"""The positioning report as tables: text as in the paper's Tables V to VIII, and a study's own."""
 
 from __future__ import annotations
 
 import statistics
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from typing import TYPE_CHECKING
 
 from covertool.model import (
     CarDensity,
     PositioningImprovement,
     PositioningReport,
     PositioningResult,
+    PositionTracks,
 )
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 ESTIMATOR_NAMES = {"gcpso": "GCPSO", "ekf": "EKF", "second_order": "second order"}
 ARM_NAMES = {
@@ -67,6 +73,46 @@ def density_rows(densities: Sequence[CarDensity]) -> list[Row]:
         ]
         for each in densities
     ]
+
+
+def tables(report: PositioningReport, densities: Sequence[CarDensity]) -> dict[str, pd.DataFrame]:
+    """Return the tables of a study, of those that hold something: nothing in them is rounded.
+
+    ``positioning`` has one row for each result, ``improvements`` one for each improvement, and
+    ``parked_met`` one for each reported car and scenario.
+    """
+    import pandas as pd
+
+    better = [
+        {**asdict(each), "ci95_low": low, "ci95_high": high}
+        for each in report.improvements
+        for low, high in [each.ci95 or (None, None)]
+    ]
+    met = [
+        {"vehicle": each.vehicle, "scenario": number, "met": cars, "path_km": way_km,
+         "met_per_km": density, "percent": percent}
+        for each in densities
+        for number, (cars, way_km, density, percent) in enumerate(
+            zip(each.met, each.path_km, each.met_per_km, each.percent, strict=True)
+        )
+    ]  # fmt: skip
+    found = {"positioning": report.to_frame()}
+    if better:
+        found["improvements"] = pd.DataFrame(better).drop(columns="ci95")
+    if met:
+        found["parked_met"] = pd.DataFrame(met)
+    return found
+
+
+def track_frame(tracks: PositionTracks) -> pd.DataFrame:
+    """Return the estimates of one case with what the case is and their errors in metres."""
+    frame = tracks.to_frame()
+    frame["error_m"] = tracks.error_m
+    for place, name in enumerate(("arm", "estimator", "sigma_range_m", "radius_m")):
+        value = getattr(tracks, name)
+        missing = "" if name == "estimator" else float("nan")
+        frame.insert(place, name, missing if value is None else value)
+    return frame
 
 
 def _mean(values: Sequence[float]) -> float | None:

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from covertool.errors import FileError, OptionError
+from covertool.gis.provenance import provenances
 from covertool.model.sheets import Cell, Heading, Sheet
 from covertool.report.dictionary import heading, meaning
 from covertool.report.findings import Findings
-from covertool.report.parts import PARTS
+from covertool.report.parts import PARTS, typed
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -40,11 +40,7 @@ def sheet(found: Findings, name: str) -> Sheet:
     part = PARTS[name]
     frame = found.tables.get(part.table)
     if frame is None:
-        raise FileError(
-            f"the study holds no {part.table.replace('_', ' ')}",
-            found.path,
-            part.mend.replace("STUDY", found.path),
-        )
+        raise part.absent(found.path)
     as_levels = {"level", "fraction"} <= set(frame.columns) or "expected" in frame.columns
     return (_side_by_side if as_levels else _flat)(name, part.title, frame)
 
@@ -62,7 +58,7 @@ def sheets(found: Findings) -> list[Sheet]:
         raise FileError(
             "the study holds no findings yet",
             found.path,
-            PARTS["coverage"].mend.replace("STUDY", found.path),
+            typed(PARTS["coverage"].mend, found.path),
         )
     return [sheet(found, name) for name in TABLE_NAMES if name in held or name in ALWAYS]
 
@@ -221,12 +217,9 @@ def _missing(found: Findings) -> list[tuple[Cell, ...]]:
 def _parameters(found: Findings) -> Sheet:
     """Return the provenance of every verb that wrote into the study, one row for each fact."""
     rows: list[tuple[Cell, ...]] = []
-    for key, text in sorted(found.metadata.items()):
-        verb = key.removeprefix("provenance ")
-        told = _json_object(text) if verb != key else None
-        if told is None:
-            rows.append(("study", "metadata", key, text))
-            continue
+    told_by, rest = provenances(found.metadata)
+    rows += [("study", "metadata", key, text) for key, text in rest.items()]
+    for verb, told in told_by.items():
         rows.append((verb, "command", "", " ".join(map(str, told.get("command", [])))))
         rows += [
             (verb, "input sha256", str(given.get("path")), str(given.get("sha256")))
@@ -239,14 +232,6 @@ def _parameters(found: Findings) -> Sheet:
             ]
     titles = tuple(Heading(name, name) for name in ("verb", "kind", "name", "value"))
     return Sheet("parameters", "Parameters and provenance", titles, tuple(rows))
-
-
-def _json_object(text: str) -> dict[str, Any] | None:
-    try:
-        told = json.loads(text)
-    except ValueError:
-        return None
-    return told if isinstance(told, dict) else None
 
 
 def _dictionary(found: Findings) -> Sheet:

@@ -17,24 +17,11 @@ from covertool.model import LEVELS, Bounds
 from covertool.report.curves import LevelCurve, level_curves
 from covertool.report.figures import of_one_radius, study_map
 from covertool.report.findings import run_id
-from covertool.report.parts import PARTS
+from covertool.report.parts import LAYER_MENDS, PARTS, typed
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
-
-MENDS: Mapping[str, str] = {
-    "transit": "covertool transit FILE --into STUDY",
-    "anchors": "covertool anchors parked FILE --into STUDY",
-    "vehicles": "covertool extract IMAGE --into STUDY",
-    "segments": "covertool congestion import FILE --into STUDY",
-    "trajectories": "covertool simulate STUDY --into STUDY",
-    **{
-        f"coverage_level_{level}": "covertool coverage STUDY --radius 15 --into STUDY"
-        for level in LEVELS[1:]
-    },
-}
-"""The command that makes each layer, with STUDY for the study's path."""
 
 
 @dataclass(frozen=True)
@@ -111,7 +98,7 @@ def _draw_map(
         raise FileError(
             f"the study has no {view.needed} layer",
             str(study),
-            MENDS[view.needed].replace("STUDY", str(study)),
+            typed(LAYER_MENDS[view.needed], str(study)),
         )
     shown, coverage = of_one_radius(layers, options.radius_m)
     headline = view.headline or coverage
@@ -140,11 +127,7 @@ def _draw_curve(study: Path, options: MapOptions, metadata: Mapping[str, str]) -
     part = PARTS[options.show]
     frame = read_tables(study, [part.table]).get(part.table)
     if frame is None:
-        raise FileError(
-            f"the study holds no {part.table.replace('_', ' ')}",
-            str(study),
-            part.mend.replace("STUDY", str(study)),
-        )
+        raise part.absent(str(study))
     if options.show == "curve":
         panels = [LevelCurve("all anchors", "radius (m)", *_by_level(frame, "radius_m"))]
     else:

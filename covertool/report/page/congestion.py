@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from covertool.report.page.blocks import Block, Missing, Prose, Section, Table
 from covertool.report.page.study import ReportStudy
+from covertool.report.parts import LAYER_MENDS
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -30,7 +31,7 @@ def congestion_section(study: ReportStudy) -> Section:
             _table(cells, study.table("occupancy_means")),
         ]
     if "congestion" not in study.layers:
-        command = study.named("covertool congestion map OBSERVATIONS --into STUDY")
+        command = study.named(LAYER_MENDS["congestion"])
         blocks.append(Missing("the streets coloured by congestion at one rush hour", command))
     return Section("congestion", "Congestion", tuple(blocks))
 

@@ -19,7 +19,8 @@ from covertool.report.page.congestion import congestion_section
 from covertool.report.page.coverage import by_radius, coverage_section
 from covertool.report.page.limits import limits_section
 from covertool.report.page.mapfigure import TownMap, town_map
-from covertool.report.page.mapping import MapLayer, map_layers
+from covertool.report.page.maplayer import MapLayer
+from covertool.report.page.mapping import map_layers
 from covertool.report.page.positioning import positioning_section
 from covertool.report.page.study import ReportStudy, in_one_crs
 from covertool.report.page.whence import provenance_section
@@ -53,6 +54,15 @@ def report_page(study: ReportStudy) -> str:
     ------
     FileError
         When the study has no layer to draw and no table to print.
+
+    Examples
+    --------
+    >>> from pyproj import CRS
+    >>> from covertool.model import Anchors
+    >>> cars = Anchors.from_points([0.0, 90.0], [0.0, 40.0], CRS(2157)).to_frame()
+    >>> study = ReportStudy("town.gpkg", 64 * "0", {"anchors": cars}, {}, {"title": "A town"})
+    >>> "A town" in report_page(study)
+    True
     """
     if not any(len(frame) for frame in study.layers.values()) and not study.tables:
         raise FileError(

@@ -22,7 +22,7 @@ from bokeh.plotting import figure
 
 from covertool.model import Bounds
 from covertool.report.page import shapes, theme
-from covertool.report.page.mapping import MapLayer
+from covertool.report.page.maplayer import MapLayer
 from covertool.report.page.shapes import Drawn, MapFrame
 from covertool.report.page.theme import coloured, dress
 

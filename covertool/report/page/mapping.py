@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
-from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import shapely
 
-from covertool.model import Floats, Objects
+from covertool.model import Objects
 from covertool.report.page import theme
+from covertool.report.page.maplayer import MapLayer, shapes_of
 from covertool.report.page.popups import (
     Columns,
-    Values,
     column,
     metres,
     plain,
@@ -23,11 +22,10 @@ from covertool.report.page.popups import (
     texts,
 )
 from covertool.report.page.study import LEVEL_LAYERS, ReportStudy, radius_names
+from covertool.report.page.tracks import track_layers
 
 if TYPE_CHECKING:
     import geopandas as gpd
-
-    from covertool.report.page.theme import Pair
 
 LEVEL_NAMES = {
     0: "Level 0: no parked car",
@@ -35,37 +33,6 @@ LEVEL_NAMES = {
     2: "Level 2: two parked cars",
     3: "Level 3: three or more",
 }
-
-
-@dataclass(frozen=True)
-class MapLayer:
-    """One switchable layer of the map.
-
-    Attributes
-    ----------
-    key : name of the layer's switch; layers of several radii share it
-    label : what the switch says
-    form : area, outline, line, car or mark
-    shapes : (N,) geometries in the map's CRS
-    values : pop-up texts by heading, N each
-    colour : light and dark
-    shown : whether the page opens with it
-    radius : the radius that it belongs to, None when it belongs to all
-    width : of lines, in pixels
-    turned : of cars: heading in degrees, length and width in metres
-    """
-
-    key: str
-    label: str
-    form: str
-    shapes: Objects
-    values: Values
-    colour: Pair
-    shown: bool = True
-    radius: str | None = None
-    width: float = 1.0
-    opacity: float = 1.0
-    turned: tuple[Any, Any, Any] | None = field(default=None, repr=False)
 
 
 def map_layers(study: ReportStudy, layers: Mapping[str, gpd.GeoDataFrame]) -> list[MapLayer]:
@@ -95,13 +62,15 @@ def _cars_once(drawn: list[MapLayer]) -> list[MapLayer]:
 
 def _buildings(frame: gpd.GeoDataFrame, _: ReportStudy) -> list[MapLayer]:
     values = texts(frame, {"kind": ("Kind", str), "height_m": ("Height", metres)})
-    return [MapLayer("buildings", "Buildings", "area", _shapes(frame), values, theme.BUILDING)]
+    return [MapLayer("buildings", "Buildings", "area", shapes_of(frame), values, theme.BUILDING)]
 
 
 def _transit(frame: gpd.GeoDataFrame, _: ReportStudy) -> list[MapLayer]:
     values = texts(frame, {"area_m2": ("Whole area", square_metres)})
     label = "Transit area, not covered"
-    return [MapLayer("transit", label, "area", _shapes(frame), values, theme.TRANSIT, opacity=0.75)]
+    return [
+        MapLayer("transit", label, "area", shapes_of(frame), values, theme.TRANSIT, opacity=0.75)
+    ]
 
 
 def _level(level: int) -> Callable[[gpd.GeoDataFrame, ReportStudy], list[MapLayer]]:
@@ -110,7 +79,7 @@ def _level(level: int) -> Callable[[gpd.GeoDataFrame, ReportStudy], list[MapLaye
         names = np.array(radius_names(frame), dtype=object)
         for name in dict.fromkeys(names):
             rows = frame[names == name]
-            shapes, row = shapely.get_parts(_shapes(rows), return_index=True)
+            shapes, row = shapely.get_parts(shapes_of(rows), return_index=True)
             head = "Level in this tile" if "tile" in rows else "Whole level"
             whole = texts(rows, {"area_m2": (head, square_metres)})
             values = {"Radius": [str(name)] * len(shapes)}
@@ -135,7 +104,7 @@ def _level(level: int) -> Callable[[gpd.GeoDataFrame, ReportStudy], list[MapLaye
 def _zones(frame: gpd.GeoDataFrame, study: ReportStudy) -> list[MapLayer]:
     columns = [c for c in frame.columns if c != frame.geometry.name]
     values = {spaced(c).capitalize(): [plain(v) for v in frame[c]] for c in columns[:4]}
-    return [MapLayer("zones", "Zones", "outline", _shapes(frame), values, theme.INK)]
+    return [MapLayer("zones", "Zones", "outline", shapes_of(frame), values, theme.INK)]
 
 
 def _segments(frame: gpd.GeoDataFrame, study: ReportStudy) -> list[MapLayer]:
@@ -154,7 +123,7 @@ def _segments(frame: gpd.GeoDataFrame, study: ReportStudy) -> list[MapLayer]:
             "segments",
             "Street segments",
             "line",
-            _shapes(frame),
+            shapes_of(frame),
             values,
             theme.MUTED,
             shown=False,
@@ -190,7 +159,7 @@ def _congestion(frame: gpd.GeoDataFrame, _: ReportStudy) -> list[MapLayer]:
                     f"congestion-{kind}",
                     f"Street {label}",
                     "line",
-                    _shapes(rows),
+                    shapes_of(rows),
                     texts(rows, columns),
                     colour,
                     shown=False,
@@ -198,53 +167,6 @@ def _congestion(frame: gpd.GeoDataFrame, _: ReportStudy) -> list[MapLayer]:
                 )
             )
     return made
-
-
-_TRACK_COLUMNS: Columns = {
-    "vehicle": ("Car", str),
-    "mean_error_m": ("Mean error", metres),
-    "traditional_m": ("Without parked cars", metres),
-    "percent": ("Taken off", lambda v: f"{v:.1f} %"),
-    "met": ("Parked cars met", plain),
-    "met_per_km": ("Met per km", plain),
-    "estimator": ("Estimator", str),
-    "radius_m": ("Zone", metres),
-    "sigma_range_m": ("Range noise", metres),
-}
-
-
-def _trajectories(frame: gpd.GeoDataFrame, _: ReportStudy) -> list[MapLayer]:
-    """Return one layer for each class of mean error, the largest error on top."""
-    errors = np.full(len(frame), np.nan)
-    if "mean_error_m" in frame:
-        errors = frame["mean_error_m"].to_numpy(dtype=float, na_value=np.nan)
-    classes = [("tracks", "Tracks of cars, error not known", theme.MUTED, np.isnan(errors))]
-    edges = _round_edges(errors)
-    # The smallest errors have the last colour, however many classes there are.
-    for i, (low, high) in enumerate(pairwise(edges)):
-        label = f"Track, mean error {low:g} to {high:g} m"
-        inside = (errors >= low) & (errors < high)
-        classes.append((f"tracks-{i}", label, theme.ERRORS[len(theme.ERRORS) - 1 - i], inside))
-    return [
-        MapLayer(key, label, "line", _shapes(frame[rows]), texts(frame[rows], _TRACK_COLUMNS),
-                 colour, shown=False, width=1.8)
-        for key, label, colour, rows in classes
-        if rows.any()
-    ]  # fmt: skip
-
-
-def _round_edges(errors: Floats) -> list[float]:
-    """Return round edges of up to five classes that hold all the errors.
-
-    >>> _round_edges(np.array([0.4, 9.9]))
-    [0.0, 2.0, 4.0, 6.0, 8.0, 10.0]
-    """
-    top = float(np.nanmax(errors, initial=0.0))
-    most = len(theme.ERRORS)
-    step = next((s for s in (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0) if s * most > top), top)
-    count = min(int(top // step) + 1, most)
-    edges = [step * i for i in range(count + 1)]
-    return [*edges[:-1], float(np.nextafter(top, np.inf))] if edges[-1] <= top else edges
 
 
 def _vehicles(frame: gpd.GeoDataFrame, _: ReportStudy) -> list[MapLayer]:
@@ -260,7 +182,7 @@ def _vehicles(frame: gpd.GeoDataFrame, _: ReportStudy) -> list[MapLayer]:
         if name in rows
     ]
     whole = len(sizes) == 3 and all(np.isfinite(values).all() for values in sizes)
-    centres: Objects = np.asarray(shapely.centroid(_shapes(rows)), dtype=object)
+    centres: Objects = np.asarray(shapely.centroid(shapes_of(rows)), dtype=object)
     return [
         MapLayer("vehicles", "Vehicles in the imagery", "car" if whole else "mark", centres,
                  texts(rows, columns), theme.PARKED, shown=False,
@@ -287,7 +209,7 @@ def _anchors(frame: gpd.GeoDataFrame, _: ReportStudy) -> list[MapLayer]:
     for origin, (key, label, colour) in _ORIGINS.items():
         rows = frame[origins == origin]
         if len(rows):
-            made.append(MapLayer(key, label, "mark", _shapes(rows), texts(rows, columns), colour))
+            made.append(MapLayer(key, label, "mark", shapes_of(rows), texts(rows, columns), colour))
     return made
 
 
@@ -298,11 +220,7 @@ _MAKERS: Mapping[str, Callable[[gpd.GeoDataFrame, ReportStudy], list[MapLayer]]]
     "zones": _zones,
     "segments": _segments,
     "congestion": _congestion,
-    "trajectories": _trajectories,
+    "trajectories": track_layers,
     "vehicles": _vehicles,
     "anchors": _anchors,
 }
-
-
-def _shapes(frame: gpd.GeoDataFrame) -> Objects:
-    return np.asarray(frame.geometry.array, dtype=object)

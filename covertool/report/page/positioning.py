@@ -16,6 +16,7 @@ from covertool.report.page.plots import (
     saving_plot,
 )
 from covertool.report.page.study import ReportStudy
+from covertool.report.positioning_tables import ESTIMATOR_NAMES
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -26,7 +27,6 @@ ARMS = {
     "traditional": "without parked cars",
     "proposed": "with parked cars",
 }
-_ESTIMATORS = {"gcpso": "GCPSO", "ekf": "EKF", "second_order": "second order"}
 _ERRORS = (
     ("mean_error_m", "Mean"),
     ("sd_error_m", "SD"),
@@ -195,7 +195,7 @@ def _case(row: pd.Series) -> str:
     parts = []
     estimator, preset = row.get("estimator"), row.get("preset")
     if isinstance(estimator, str):
-        parts.append(_ESTIMATORS.get(estimator, estimator))
+        parts.append(ESTIMATOR_NAMES.get(estimator, estimator))
     if isinstance(preset, str) and preset != "paper":
         parts.append(preset)
     radius, sigma = _number(row.get("radius_m")), _number(row.get("sigma_range_m"))

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import logging
-import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from covertool import crs as crs_door
 from covertool.errors import CrsError
-from covertool.report.parts import PARTS
+from covertool.gis.provenance import provenances
+from covertool.report.parts import PARTS, typed
 
 if TYPE_CHECKING:
     import geopandas as gpd
@@ -102,20 +99,12 @@ class ReportStudy:
 
     def named(self, command: str) -> str:
         """Return a command about STUDY as it is typed for this study."""
-        return command.replace("STUDY", shlex.quote(self.name))
+        return typed(command, self.name)
 
     def provenance(self) -> list[dict[str, Any]]:
         """Return the provenance of each verb that wrote into the study, as far as readable."""
-        told = []
-        for key, value in sorted(self.metadata.items()):
-            if key.startswith("provenance "):
-                try:
-                    content = json.loads(value)
-                except json.JSONDecodeError:
-                    continue
-                if isinstance(content, dict):
-                    told.append({"verb": key.removeprefix("provenance "), **content})
-        return told
+        told, _ = provenances(self.metadata)
+        return [{"verb": verb, **content} for verb, content in told.items()]
 
 
 def radius_name(radius_m: float | None, device_class: str | None = None) -> str:
@@ -153,13 +142,8 @@ def in_one_crs(layers: Mapping[str, gpd.GeoDataFrame]) -> tuple[dict[str, gpd.Ge
         if crs_door.is_working(source)
         else crs_door.working_crs(source, tuple(first.total_bounds))
     )
-    return {name: _moved(frame, target) for name, frame in layers.items()}, target
-
-
-def _moved(frame: gpd.GeoDataFrame, target: CRS) -> gpd.GeoDataFrame:
-    if frame.crs is None or frame.crs == target:
-        return frame
-    moved = crs_door.transform_geometries(
-        np.asarray(frame.geometry.array, dtype=object), frame.crs, target
-    )
-    return frame.set_geometry(list(moved), crs=None).set_crs(target, allow_override=True)
+    moved = {
+        name: frame if frame.crs is None else crs_door.transform_frame(frame, target)
+        for name, frame in layers.items()
+    }
+    return moved, target

@@ -6,6 +6,7 @@ import shlex
 from typing import Any
 
 from covertool import __version__
+from covertool.gis.provenance import provenances
 from covertool.report.page.blocks import Block, Missing, Prose, Section, Table
 from covertool.report.page.mapfigure import TownMap
 from covertool.report.page.study import ReportStudy
@@ -50,11 +51,8 @@ def _drawing(drawn: TownMap | None, crs: str) -> list[str]:
 
 
 def _said(study: ReportStudy) -> Table:
-    rows = tuple(
-        (key, value)
-        for key, value in sorted(study.metadata.items())
-        if not key.startswith("provenance ")
-    )
+    _, others = provenances(study.metadata)
+    rows = tuple(others.items())
     return Table("What the study says of itself", ("Key", "Value"), rows, words=2)
 
 
