@@ -60,22 +60,29 @@ def run_plan(
     for stage in plan.stages:
         command = _command(plan, stage)
         fresh = not (ran & set(stage.needs)) and memory.is_fresh(stage)
-        if not fresh:
-            if not overwrite and not memory.is_own(stage):
-                _require_free(plan, stage)
-            ran.add(stage.name)
+        if not (fresh or overwrite or memory.is_own(stage)):
+            _require_free(plan, stage)
         if on_stage is not None:
             on_stage(stage, command, fresh)
+        if not fresh:
+            ran.add(stage.name)
         started = perf_counter()
-        if not fresh and not dry:
-            memory.begin(stage)
-        code = 0 if fresh or dry else _run(plan, stage, command, runner)
+        code = 0 if fresh or dry else _carry_out(plan, stage, command, runner, memory)
         outcomes.append(Outcome(stage, command, fresh, perf_counter() - started, code))
         if code != 0:
             break
-        if not fresh and not dry:
-            memory.remember(stage)
     return outcomes
+
+
+def _carry_out(
+    plan: Plan, stage: Stage, command: tuple[str, ...], runner: Runner, memory: _Memory
+) -> int:
+    """Run a stage, remember it when it did well, and return its exit code."""
+    memory.begin(stage)
+    code = _run(plan, stage, command, runner)
+    if code == 0:
+        memory.remember(stage)
+    return code
 
 
 def _command(plan: Plan, stage: Stage) -> tuple[str, ...]:
@@ -90,6 +97,7 @@ def _command(plan: Plan, stage: Stage) -> tuple[str, ...]:
 
 
 def _run(plan: Plan, stage: Stage, command: tuple[str, ...], runner: Runner) -> int:
+    """Run a verb, or copy the study from which the plan starts."""
     if stage.verb != START:
         return runner(command)
     source, target = plan.folder / stage.arguments[0], plan.folder / plan.study
