@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,6 +10,9 @@ from covertool.cli.app import Verbs, app
 
 if TYPE_CHECKING:
     from geopandas import GeoDataFrame
+
+    from covertool.cli.target import Target
+    from covertool.gis.provenance import Provenance
 
 anchors_app = Verbs(
     name="anchors",
@@ -25,33 +29,21 @@ anchors_app = Verbs(
 app.add_typer(anchors_app)
 
 
-def beside_others(frame: GeoDataFrame, into: Path, origin: str) -> GeoDataFrame:
-    """Return a study's anchors of other origins with the new ones after them, in its CRS.
+def write_anchors(
+    target: Target,
+    frame: GeoDataFrame,
+    origin: str,
+    made_from: Provenance,
+    *,
+    inputs: Iterable[Path] = (),
+) -> None:
+    """Write synthetic anchors of one origin; a study keeps its anchors of other origins."""
+    from covertool.gis.merge import anchors_beside_others
 
-    Parameters
-    ----------
-    frame : GeoDataFrame
-        New anchors, all of one origin, with a column ``synthetic``.
-    into : Path
-        The study; it may be absent or lack anchors.
-    origin : str
-        The origin whose old anchors make room for the new ones.
-    """
-    import geopandas as gpd
-    import pandas as pd
-
-    from covertool.gis.layers import geometry_layers, read_layer
-
-    if not into.is_file() or "anchors" not in geometry_layers(into, into):
-        return frame
-    layer = read_layer(f"{into}:anchors", "anchors")
-    kept = layer.frame.drop(columns=["x_m", "y_m"], errors="ignore")
-    # Anchors that name no origin are parked ones, as everywhere in covertool.
-    of = kept["origin"].fillna("parked") if "origin" in kept else "parked"
-    kept = kept[pd.Series(of, index=kept.index) != origin]
-    if kept.empty:
-        return frame
-    if "synthetic" not in kept:
-        kept = kept.assign(synthetic=False)
-    moved = frame.drop(columns=["x_m", "y_m"]).to_crs(layer.crs)
-    return gpd.GeoDataFrame(pd.concat([kept, moved], ignore_index=True), crs=layer.crs)
+    new = frame.assign(synthetic=True)
+    target.write(
+        {"anchors": new},
+        made_from.to_metadata(),
+        inputs=inputs,
+        in_study=lambda study: {"anchors": anchors_beside_others(new, study, origin)},
+    )

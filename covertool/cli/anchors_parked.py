@@ -8,8 +8,9 @@ from typing import Annotated
 import typer
 
 from covertool.cli import options
-from covertool.cli.anchors import anchors_app, beside_others
-from covertool.cli.console import print_json, say
+from covertool.cli.anchors import anchors_app, write_anchors
+from covertool.cli.console import print_json
+from covertool.cli.target import Target
 from covertool.cli.whence import whence
 
 OsmFile = Annotated[Path, typer.Option("--osm", metavar="FILE", help="OpenStreetMap extract.")]
@@ -41,25 +42,14 @@ def parked(
     """
     from covertool.extract.parking import parked_anchors
     from covertool.gis.osm import read_parking_areas, read_roads
-    from covertool.gis.write import write_layers
 
-    if output is None and into is None and not as_json:
-        raise typer.BadParameter("name a file to write", param_hint="-o / --into")
+    target = Target(output, into, overwrite)
+    target.require(as_json)
     cars = parked_anchors(read_roads(osm), read_parking_areas(osm), occupancy=occupancy, seed=seed)
-    origin = whence([osm])
-    frame = cars.to_frame().assign(synthetic=True)
-    metadata = origin.to_metadata()
-    if output is not None:
-        layers = {"anchors": frame}
-        write_layers(output, layers, overwrite=overwrite, metadata=metadata, inputs=[osm])
-    if into is not None:
-        layers = {"anchors": beside_others(frame, into, "parked")}
-        write_layers(into, layers, into=True, metadata=metadata, inputs=[osm])
+    made_from = whence([osm])
+    write_anchors(target, cars.to_frame(), "parked", made_from, inputs=[osm])
     if as_json:
         content = {"anchors": len(cars), "occupancy": occupancy, "seed": seed}
-        print_json("anchors parked", {**content, "provenance": origin.to_json()})
-        return
-    typer.echo(f"{len(cars)} parked cars (synthetic, occupancy {occupancy:g}, seed {seed})")
-    for path in (output, into):
-        if path is not None:
-            say(f"wrote layer anchors to {path}")
+        print_json("anchors parked", {**content, "provenance": made_from.to_json()})
+    else:
+        typer.echo(f"{len(cars)} parked cars (synthetic, occupancy {occupancy:g}, seed {seed})")

@@ -3,23 +3,29 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from covertool.cli import congestion_case as case
+from covertool.cli import congestion_options as own
 from covertool.cli import options
-from covertool.cli.anchors import anchors_app, beside_others
-from covertool.cli.congestion_map import Day, Window
+from covertool.cli.anchors import anchors_app, write_anchors
+from covertool.cli.congestion_case import Asked, read_case
 from covertool.cli.console import print_json, print_table, say
+from covertool.cli.target import Target
 from covertool.cli.whence import whence
 
 if TYPE_CHECKING:
+    from covertool.congestion.moment import QueuedCars
     from covertool.congestion.queues import QueueOptions
+    from covertool.gis.provenance import Provenance
     from covertool.model import Anchors, CoverageReport
 
-Drive = Annotated[
-    str, typer.Option("--drive", metavar="left|right", help="The side on which traffic runs.")
+DrivingSide = Annotated[
+    str,
+    typer.Option(
+        "--driving-side", "--drive", metavar="left|right", help="The side on which traffic runs."
+    ),
 ]
 LaneWidth = Annotated[
     float, typer.Option("--lane-width", metavar="METRES", help="Width of a lane.")
@@ -46,19 +52,19 @@ StudyFile = Annotated[
 
 @anchors_app.command("queue")
 def queue(
-    observations: case.ObservationFile = None,
-    segments: case.Segments = None,
-    day: Day = None,
-    window: Window = None,
-    aoi: case.Aoi = None,
-    at: case.At = None,
-    tz: case.Tz = None,
-    fold: case.FoldChoice = None,
-    tolerance: case.Tolerance = case.TOLERANCE,
-    absent_is_free: case.AbsentIsFree = False,
-    profile: case.ProfileName = None,
+    observations: own.ObservationFile = None,
+    segments: own.Segments = None,
+    day: own.Day = None,
+    window: own.Window = None,
+    aoi: own.Aoi = None,
+    at: own.At = None,
+    tz: own.Tz = None,
+    fold: own.FoldChoice = None,
+    tolerance: own.Tolerance = own.TOLERANCE,
+    absent_is_free: own.AbsentIsFree = False,
+    profile: own.ProfileName = None,
     share: Shares = None,
-    drive: Drive = "left",
+    driving_side: DrivingSide = "left",
     lane_width: LaneWidth = 3.25,
     stop_line: StopLine = 0.0,
     seed: options.Seed = 1,
@@ -82,45 +88,27 @@ def queue(
     With --into the parked anchors of the study stay, and only its queued ones are replaced.
     With --coverage the transit area is covered by parked cars, by queued cars, and by both.
     """
-    from covertool.congestion.moment import states_at
-    from covertool.congestion.queues import queue_anchors
-    from covertool.congestion.streets import streets
-
-    chosen = _options(share, drive, lane_width, stop_line, seed)
-    read = case.read_case(
-        observations,
-        segments,
-        aoi=aoi,
-        at=at,
-        tz=tz,
-        fold=fold,
-        tolerance=tolerance,
-        occupied=case.OCCUPIED,
-        absent_is_free=absent_is_free,
-        profile=profile,
-    )
-    network = streets(read.segments, aoi=read.aoi)
-    status, queue_m, on, name = states_at(
-        read.observations, network, read.options, day=case.day_of(day), window=window
-    )
-    cars, where = queue_anchors(network, status, queue_m, chosen)
-    made_from = whence(read.files)
-    _write(cars, where.tolist(), output, into, overwrite, made_from.to_metadata())
-    report = _coverage(cars, study, coverage) if coverage else None
+    asked = Asked(
+        observations, segments, aoi, at, tz, fold, tolerance, absent_is_free, profile
+    )  # fmt: skip
+    queues = _options(share, driving_side, lane_width, stop_line, seed)
+    case = read_case(asked)
+    cars = case.queued_cars(queues, own.day_of(day), window)
+    made_from = whence(case.files)
+    layer = cars.anchors.to_frame().assign(segment_id=cars.segment_id)
+    write_anchors(Target(output, into, overwrite), layer, "queue", made_from)
+    report = _coverage(cars.anchors, study, coverage) if coverage else None
     if as_json:
-        content = {"anchors": len(cars), "day": str(on), "window": name, "seed": seed}
-        print_json(
-            "anchors queue",
-            {**content, "coverage": _results(report), "provenance": made_from.to_json()},
-        )
+        print_json("anchors queue", _content(cars, seed, report, made_from))
         return
-    say(f"{len(cars)} queued cars on {on}, {name} (synthetic, seed {seed})")
+    number = len(cars.anchors)
+    say(f"{number} queued cars on {cars.day}, {cars.window} (synthetic, seed {seed})")
     if report is not None:
         _print(report)
 
 
 def _options(
-    share: list[str] | None, drive: str, lane_width: float, stop_line: float, seed: int
+    share: list[str] | None, driving_side: str, lane_width: float, stop_line: float, seed: int
 ) -> QueueOptions:
     from covertool.congestion.fill import QUEUE_SHARE
     from covertool.congestion.queues import QueueOptions
@@ -137,31 +125,11 @@ def _options(
         shares[status] = number
     return QueueOptions(
         shares=shares,
-        drive=drive,  # type: ignore[arg-type]
+        drive=driving_side,  # type: ignore[arg-type]
         lane_width_m=lane_width,
         stop_line_m=stop_line,
         seed=seed,
     )
-
-
-def _write(
-    cars: Anchors,
-    where: list[str],
-    output: Path | None,
-    into: Path | None,
-    overwrite: bool,
-    metadata: dict[str, str],
-) -> None:
-    from covertool.gis.write import write_layers
-
-    frame = cars.to_frame().assign(segment_id=where, synthetic=True)
-    if output is not None:
-        write_layers(output, {"anchors": frame}, overwrite=overwrite, metadata=metadata)
-        say(f"wrote layer anchors to {output}")
-    if into is not None:
-        layers = {"anchors": beside_others(frame, into, "queue")}
-        write_layers(into, layers, into=True, metadata=metadata)
-        say(f"wrote the queued cars into layer anchors of {into}")
 
 
 def _coverage(cars: Anchors, study: Path | None, radii: list[float]) -> CoverageReport:
@@ -175,8 +143,10 @@ def _coverage(cars: Anchors, study: Path | None, radii: list[float]) -> Coverage
     return coverage_levels(Anchors.concatenate([others, cars]), transit, radii)
 
 
-def _results(report: CoverageReport | None) -> list[dict[str, object]]:
-    return [
+def _content(
+    cars: QueuedCars, seed: int, report: CoverageReport | None, made_from: Provenance
+) -> dict[str, Any]:
+    coverage = [
         {
             "origin": result.origin,
             "radius_m": result.radius_m,
@@ -185,6 +155,14 @@ def _results(report: CoverageReport | None) -> list[dict[str, object]]:
         }
         for result in (report.results if report else ())
     ]
+    return {
+        "anchors": len(cars.anchors),
+        "day": str(cars.day),
+        "window": cars.window,
+        "seed": seed,
+        "coverage": coverage,
+        "provenance": made_from.to_json(),
+    }
 
 
 def _print(report: CoverageReport) -> None:

@@ -64,6 +64,15 @@ app = Verbs(
 )
 
 
+class _Line(logging.Formatter):
+    """A message as it stands on stderr: a warning says that it is one."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Return the line."""
+        told = super().format(record)
+        return f"warning: {told}" if record.levelno == logging.WARNING else told
+
+
 def _show_version(wanted: bool) -> None:
     if wanted:
         typer.echo(f"covertool {__version__}")
@@ -93,7 +102,7 @@ def covertool(
     gc.set_threshold(100_000, 20, 20)
     level = logging.ERROR if quiet else logging.INFO if verbose else logging.WARNING
     handler = logging.StreamHandler(sys.stderr)
-    handler.setFormatter(logging.Formatter("%(message)s"))
+    handler.setFormatter(_Line())
     logger = logging.getLogger("covertool")
     logger.handlers[:] = [handler]
     logger.propagate = False

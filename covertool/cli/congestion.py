@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from covertool.cli import congestion_case as case
+from covertool.cli import congestion_options as own
 from covertool.cli import options
 from covertool.cli.app import Verbs, app
-from covertool.cli.console import print_json, print_table
+from covertool.cli.congestion_case import Asked, read_case
+from covertool.cli.console import print_json, print_table, say
+from covertool.cli.target import Target
 from covertool.cli.whence import whence
+
+if TYPE_CHECKING:
+    from covertool.congestion.junctions import JunctionShare
+    from covertool.gis.provenance import Provenance
+    from covertool.model import OccupancyTable
 
 congestion_app = Verbs(
     name="congestion",
@@ -30,22 +38,31 @@ app.add_typer(congestion_app)
 Paper = Annotated[bool, typer.Option("--paper", help="Print the paper's Table I and its means.")]
 
 
+@dataclass(frozen=True)
+class Counted:
+    """An occupancy table, how much of it lies at junctions, and the files behind both."""
+
+    table: OccupancyTable
+    shares: list[JunctionShare]
+    files: tuple[Path, ...]
+
+
 @congestion_app.command("table")
 def table(
-    observations: case.ObservationFile = None,
-    segments: case.Segments = None,
-    aoi: case.Aoi = None,
-    at: case.At = None,
-    tz: case.Tz = None,
-    fold: case.FoldChoice = None,
-    tolerance: case.Tolerance = case.TOLERANCE,
-    occupied: case.Occupied = case.OCCUPIED,
-    mean_of: case.MeanOf = "cells",
-    weight: case.Weight = "directed",
-    min_coverage: case.MinCoverage = 0.8,
-    holidays: case.Holidays = None,
-    absent_is_free: case.AbsentIsFree = False,
-    profile: case.ProfileName = None,
+    observations: own.ObservationFile = None,
+    segments: own.Segments = None,
+    aoi: own.Aoi = None,
+    at: own.At = None,
+    tz: own.Tz = None,
+    fold: own.FoldChoice = None,
+    tolerance: own.Tolerance = own.TOLERANCE,
+    occupied: own.Occupied = own.OCCUPIED,
+    mean_of: own.MeanOf = "cells",
+    weight: own.Weight = "directed",
+    min_coverage: own.MinCoverage = 0.8,
+    holidays: own.Holidays = None,
+    absent_is_free: own.AbsentIsFree = False,
+    profile: own.ProfileName = None,
     paper: Paper = False,
     output: options.Output = None,
     into: options.Into = None,
@@ -67,49 +84,62 @@ def table(
     that the queued cars themselves take, which is several times less. With --into the study gets
     the tables "occupancy" and "occupancy_means".
     """
-    from covertool.gis.write import write_layers
-    from covertool.report.congestion_tables import content, header, rows, tables, write_table
-
-    files: tuple[Path, ...] = ()
-    if paper:
-        from covertool.paper import table_1
-
-        result, shares = table_1(), []
-    else:
-        from covertool.congestion.junctions import junction_shares
-        from covertool.congestion.occupancy import days_of, table_of_days
-        from covertool.congestion.streets import streets
-
-        read = case.read_case(
-            observations,
-            segments,
-            aoi=aoi,
-            at=at,
-            tz=tz,
-            fold=fold,
-            tolerance=tolerance,
-            occupied=occupied,
-            mean_of=mean_of,
-            min_coverage=min_coverage,
-            holidays=holidays,
-            absent_is_free=absent_is_free,
-            profile=profile,
-        )
-        network = streets(read.segments, weight=weight, aoi=read.aoi)  # type: ignore[arg-type]
-        result = table_of_days(days_of(read.observations, network, read.options), read.options)
-        shares = junction_shares(read.observations, network, read.options)
-        files = read.files
-    if output is not None:
-        write_table(output, result, overwrite=overwrite)
-    if into is not None:
-        write_layers(into, tables(result), into=True, metadata=whence(files).to_metadata())
+    counted = _paper_table() if paper else _counted(
+        Asked(
+            observations, segments, aoi, at, tz, fold, tolerance, absent_is_free, profile,
+            occupied, mean_of, min_coverage, holidays,
+        ),
+        weight,
+    )  # fmt: skip
+    made_from = whence(counted.files)
+    _write(counted.table, Target(output, into, overwrite), made_from)
     if as_json:
-        near = [vars(share) for share in shares]
-        print_json(
-            "congestion table",
-            {**content(result), "junctions": near, "provenance": whence(files).to_json()},
-        )
-        return
-    print_table(header(result), rows(result))
-    for share in shares:
+        _print_json(counted, made_from)
+    else:
+        _print(counted)
+
+
+def _paper_table() -> Counted:
+    """Return the paper's Table I."""
+    from covertool.paper import table_1
+
+    return Counted(table_1(), [], ())
+
+
+def _counted(asked: Asked, weight: str) -> Counted:
+    """Return what the observations give."""
+    from covertool.congestion.junctions import junction_shares
+
+    case = read_case(asked)
+    network = case.network(weight)
+    shares = junction_shares(case.observations, network, case.options)
+    return Counted(case.table(network), shares, case.files)
+
+
+def _write(table: OccupancyTable, target: Target, made_from: Provenance) -> None:
+    """Write the table as a file of its own, and into a study as its tables."""
+    from covertool.report.congestion_tables import tables, write_table
+
+    if target.output is not None:
+        write_table(target.output, table, overwrite=target.overwrite)
+        say(f"wrote {target.output}")
+    if target.into is not None:
+        replace(target, output=None).write(tables(table), made_from.to_metadata())
+
+
+def _print_json(counted: Counted, made_from: Provenance) -> None:
+    from covertool.report.congestion_tables import content
+
+    junctions = [vars(share) for share in counted.shares]
+    print_json(
+        "congestion table",
+        {**content(counted.table), "junctions": junctions, "provenance": made_from.to_json()},
+    )
+
+
+def _print(counted: Counted) -> None:
+    from covertool.report.congestion_tables import header, rows
+
+    print_table(header(counted.table), rows(counted.table))
+    for share in counted.shares:
         typer.echo(share.text())

@@ -1,84 +1,50 @@
-"""The options that the congestion verbs share, and the case they describe."""
+"""What the congestion verbs are about: observations, a street network, and how to count."""
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
-from datetime import date, time, timedelta
+from datetime import date
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
+from zoneinfo import ZoneInfo
 
 import typer
 
+from covertool.cli import congestion_options as own
 from covertool.cli.console import say
 
 if TYPE_CHECKING:
-    from covertool.congestion.occupancy import OccupancyOptions
-    from covertool.model import Observations
+    from covertool.congestion.moment import QueuedCars
+    from covertool.congestion.options import OccupancyOptions
+    from covertool.congestion.queues import QueueOptions
+    from covertool.congestion.streets import Streets
+    from covertool.model import Observations, OccupancyTable
 
 SAMPLE_TZ = "Europe/Dublin"
 
-ObservationFile = Annotated[
-    Path | None,
-    typer.Argument(metavar="OBS", help="Observations (.parquet, .csv); else the sample study's."),
-]
-Segments = Annotated[
-    str | None,
-    typer.Option("--segments", metavar="FILE[:LAYER]", help="Directed street segments."),
-]
-Aoi = Annotated[
-    str | None,
-    typer.Option("--aoi", metavar="FILE[:LAYER]", help="Count only street length inside."),
-]
-At = Annotated[
-    list[str] | None,
-    typer.Option("--at", metavar="NAME=HH:MM", help="A window by local wall time (repeatable)."),
-]
-Tz = Annotated[
-    str | None,
-    typer.Option("--tz", metavar="ZONE", help="Local time zone, such as Europe/Dublin."),
-]
-FoldChoice = Annotated[
-    str | None,
-    typer.Option("--fold", metavar="earlier|later", help="Naive times in the repeated hour."),
-]
-Tolerance = Annotated[
-    str,
-    typer.Option("--tolerance", metavar="TIME", help="How far an observation may lie: 90s, 10min."),
-]
-Occupied = Annotated[
-    str,
-    typer.Option("--occupied", metavar="STATUSES", help="Statuses that count as occupied."),
-]
-MeanOf = Annotated[
-    str, typer.Option("--mean-of", metavar="cells|days", help="Average cells, or dates.")
-]
-Weight = Annotated[
-    str,
-    typer.Option("--weight", metavar="directed|undirected|lane", help="What length counts."),
-]
-MinCoverage = Annotated[
-    float, typer.Option("--min-coverage", metavar="SHARE", help="Blank cells known to less.")
-]
-Holidays = Annotated[
-    str | None,
-    typer.Option("--holidays", metavar="COUNTRY", help="Keep public holidays apart (ISO code)."),
-]
-AbsentIsFree = Annotated[
-    bool, typer.Option("--absent-is-free", help="Segments a living feed leaves out are free.")
-]
-ProfileName = Annotated[
-    str | None,
-    typer.Option("--profile", metavar="NAME|FILE", help="Status profile, or a TOML file."),
-]
 
-OCCUPIED = "slow,very_slow,stationary"
-TOLERANCE = "10min"
+@dataclass(frozen=True)
+class Asked:
+    """What the command line says; without observations it is about the sample study."""
+
+    observations: Path | None = None
+    segments: str | None = None
+    aoi: str | None = None
+    at: list[str] | None = None
+    tz: str | None = None
+    fold: str | None = None
+    tolerance: str = own.TOLERANCE
+    absent_is_free: bool = False
+    profile: str | None = None
+    occupied: str = own.OCCUPIED
+    mean_of: str = "cells"
+    min_coverage: float = 0.8
+    holidays: str | None = None
 
 
 @dataclass(frozen=True)
 class Case:
-    """Observations, network and counting options, read and ready."""
+    """Observations, segments and counting options, read and ready."""
 
     observations: Observations
     segments: Any
@@ -86,82 +52,90 @@ class Case:
     options: OccupancyOptions
     files: tuple[Path, ...]
 
+    def network(self, weight: str = "directed") -> Streets:
+        """Return the pieces of street whose length counts."""
+        from covertool.congestion.streets import streets
 
-def read_case(
-    observations: Path | None,
-    segments: str | None,
-    *,
-    aoi: str | None,
-    at: list[str] | None,
-    tz: str | None,
-    fold: str | None,
-    tolerance: str,
-    occupied: str,
-    mean_of: str = "cells",
-    min_coverage: float = 0.8,
-    holidays: str | None = None,
-    absent_is_free: bool = False,
-    profile: str | None = None,
-) -> Case:
+        return streets(self.segments, weight=weight, aoi=self.aoi)  # type: ignore[arg-type]
+
+    def table(self, network: Streets) -> OccupancyTable:
+        """Return the occupancy table."""
+        from covertool.congestion.occupancy import days_of, table_of_days
+
+        return table_of_days(days_of(self.observations, network, self.options), self.options)
+
+    def queued_cars(
+        self, queues: QueueOptions, day: date | None = None, window: str | None = None
+    ) -> QueuedCars:
+        """Return the cars that queue at one window of one day."""
+        from covertool.congestion.moment import queues_at
+
+        network = self.network()
+        return queues_at(self.observations, network, self.options, queues, day=day, window=window)
+
+
+def read_case(asked: Asked) -> Case:
     """Return what the options name; with no observations the sample study's."""
     from covertool.congestion.clock import local_days, zone
     from covertool.congestion.freeflow import with_free_flow
-    from covertool.congestion.occupancy import RUSH_HOURS, OccupancyOptions
-    from covertool.congestion.publicholidays import public_holidays
     from covertool.congestion.streets import id_column
     from covertool.errors import told_of
     from covertool.gis.guard import layer_spec
     from covertool.gis.read import read_polygons
     from covertool.gis.segments import read_segments
 
-    observations, segments, tz = _chosen(observations, segments, tz)
+    observations, segments, tz = _chosen(asked)
     where = zone(tz)
     with told_of(observations):
-        seen = read_observations(observations, tz=tz, fold=fold, profile=profile)
+        seen = read_observations(observations, tz=where, fold=asked.fold, profile=asked.profile)
     with told_of(segments):
-        network = read_segments(segments)
-        id_column(network)
-    seen = with_free_flow(seen, network, profile_of(profile))
-    years = {day.year for day in local_days(seen.time, where)}
-    options = OccupancyOptions(
-        tz=where,
-        windows=dict(_window(text) for text in at) if at else dict(RUSH_HOURS),
-        tolerance=duration(tolerance),
-        occupied=tuple(word.strip() for word in occupied.split(",") if word.strip()),
-        mean_of=mean_of,  # type: ignore[arg-type]
-        min_coverage=min_coverage,
-        holidays=public_holidays(holidays, years) if holidays else (),
-        absent_is_free=absent_is_free,
-    )
-    area = None if aoi is None else read_polygons(aoi, dst_crs=network.crs).union_all()
-    named: list[str | Path] = [observations, segments, *([] if aoi is None else [aoi])]
-    return Case(seen, network, area, options, tuple(layer_spec(spec)[0] for spec in named))
+        lines = read_segments(segments)
+        id_column(lines)
+    seen = with_free_flow(seen, lines, own.profile_of(asked.profile))
+    options = _counting(asked, where, {day.year for day in local_days(seen.time, where)})
+    area = None if asked.aoi is None else read_polygons(asked.aoi, dst_crs=lines.crs).union_all()
+    named: list[str | Path] = [observations, segments, *([asked.aoi] if asked.aoi else [])]
+    return Case(seen, lines, area, options, tuple(layer_spec(spec)[0] for spec in named))
 
 
-def _chosen(
-    observations: Path | None, segments: str | None, tz: str | None
-) -> tuple[Path, str, str]:
+def _chosen(asked: Asked) -> tuple[Path, str, str]:
     """Return the files and the zone, those of the sample study where nothing is named."""
-    if observations is None:
+    if asked.observations is None:
         from covertool.gis.sample import SAMPLE_STUDY, sample_folder
 
         folder = sample_folder()
         found = [folder / name for name in ("observations.parquet", "observations.csv")]
         observations = next((path for path in found if path.is_file()), found[-1])
         say(f"no observations were named: using the synthetic sample study {observations}")
-        return observations, segments or str(folder / SAMPLE_STUDY), tz or SAMPLE_TZ
-    if segments is None:
+        return observations, asked.segments or str(folder / SAMPLE_STUDY), asked.tz or SAMPLE_TZ
+    if asked.segments is None:
         raise typer.BadParameter("name the street network", param_hint="--segments")
-    if tz is None:
+    if asked.tz is None:
         raise typer.BadParameter("name the local time zone", param_hint="--tz")
-    return observations, segments, tz
+    return asked.observations, asked.segments, asked.tz
+
+
+def _counting(asked: Asked, tz: ZoneInfo, years: set[int]) -> OccupancyOptions:
+    """Return how the case is counted; holidays are those of the years that were observed."""
+    from covertool.congestion.options import RUSH_HOURS, OccupancyOptions
+    from covertool.congestion.publicholidays import public_holidays
+
+    return OccupancyOptions(
+        tz=tz,
+        windows=dict(map(own.window_of, asked.at)) if asked.at else dict(RUSH_HOURS),
+        tolerance=own.duration(asked.tolerance),
+        occupied=own.words_of(asked.occupied),
+        mean_of=asked.mean_of,  # type: ignore[arg-type]
+        min_coverage=asked.min_coverage,
+        holidays=public_holidays(asked.holidays, years) if asked.holidays else (),
+        absent_is_free=asked.absent_is_free,
+    )
 
 
 def read_observations(
-    path: Path, *, tz: str | None = None, fold: str | None = None, profile: str | None = None
+    path: Path, *, tz: ZoneInfo, fold: str | None = None, profile: str | None = None
 ) -> Observations:
     """Return the observations of a Parquet or CSV file."""
-    from covertool.congestion.clock import zone
     from covertool.congestion.feeds.protocol import FeedOptions, feed
     from covertool.errors import FileError
     from covertool.gis.streams import open_stream
@@ -175,63 +149,7 @@ def read_observations(
             f"covertool congestion import --format ... {path.name} -o obs.parquet",
         )
     options = FeedOptions(
-        where=str(path),
-        tz=zone(tz) if tz else None,
-        fold=fold_choice(fold),
-        profile=profile_of(profile),
+        where=str(path), tz=tz, fold=own.fold_choice(fold), profile=own.profile_of(profile)
     )
     with open_stream(path) as stream:
         return Observations.concatenate(list(feed(kind).read(stream, options)))
-
-
-def profile_of(name: str | None) -> Any:
-    """Return the status profile of a name or a TOML file; None for none."""
-    if name is None:
-        return None
-    from covertool.congestion.status import parse_profile, profile_named
-    from covertool.gis.streams import open_stream
-
-    if not name.lower().endswith(".toml"):
-        return profile_named(name)
-    with open_stream(name, max_bytes=2**20) as stream:
-        return parse_profile(stream.read(2**20).decode("utf-8", errors="replace"), name)
-
-
-def fold_choice(text: str | None) -> Any:
-    """Return the fold that an option names."""
-    if text not in (None, "earlier", "later"):
-        raise typer.BadParameter("use earlier or later", param_hint="--fold")
-    return text
-
-
-def duration(text: str) -> timedelta:
-    """Return a length of time such as 90s, 10min or 1h."""
-    match = re.fullmatch(r"(\d+(?:\.\d+)?)\s*(s|min|h)", text.strip())
-    if match is None:
-        raise typer.BadParameter("write 90s, 10min or 1h", param_hint="--tolerance")
-    return (
-        float(match[1])
-        * {
-            "s": timedelta(seconds=1),
-            "min": timedelta(minutes=1),
-            "h": timedelta(hours=1),
-        }[match[2]]
-    )
-
-
-def day_of(text: str | None) -> date | None:
-    """Return the day that an option names."""
-    try:
-        return None if text is None else date.fromisoformat(text)
-    except ValueError:
-        raise typer.BadParameter(f"{text!r} is not YYYY-MM-DD", param_hint="--day") from None
-
-
-def _window(text: str) -> tuple[str, time]:
-    name, equals, clock = text.partition("=")
-    try:
-        if not (name and equals):
-            raise ValueError
-        return name.strip(), time.fromisoformat(clock.strip())
-    except ValueError:
-        raise typer.BadParameter(f"{text!r} is not NAME=HH:MM", param_hint="--at") from None

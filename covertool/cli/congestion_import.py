@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from covertool.cli import congestion_case as case
+from covertool.cli import congestion_options as own
 from covertool.cli import options
 from covertool.cli.congestion import congestion_app
 from covertool.cli.console import print_json, say
+from covertool.cli.whence import whence
 
 if TYPE_CHECKING:
     from covertool.congestion.feeds.protocol import FeedOptions
@@ -48,12 +49,12 @@ AllowPartial = Annotated[
 def import_feed(
     sources: Sources,
     feed_format: FeedFormat,
-    output: options.Output,
+    output: options.OutputFile,
     sites: Sites = None,
-    segments: case.Segments = None,
-    profile: case.ProfileName = None,
-    tz: case.Tz = None,
-    fold: case.FoldChoice = None,
+    segments: own.Segments = None,
+    profile: own.ProfileName = None,
+    tz: own.Tz = None,
+    fold: own.FoldChoice = None,
     time: Moment = None,
     speed_unit: SpeedUnit = None,
     free_speed: FreeSpeed = None,
@@ -74,7 +75,6 @@ def import_feed(
     With --segments the lines that a feed draws are matched to the segments along which they run.
     With --format trips a network file goes to a GIS file, as a layer segments or junctions.
     """
-    assert output is not None
     feed_options = _options(
         str(sources[0]),
         profile=profile,
@@ -86,7 +86,7 @@ def import_feed(
         allow_partial=allow_partial,
     )
     statuses: dict[str, int] = {}
-    if feed_format == "trips" and not _has_travel_times(sources[0]):
+    if feed_format == "trips" and _is_network(sources[0]):
         if len(sources) > 1:
             raise typer.BadParameter("import one network file at a time", param_hint="IN")
         rows = _network(sources[0], output, feed_options, overwrite)
@@ -96,7 +96,11 @@ def import_feed(
             sources, feed_format, output, feed_options, segments, overwrite
         )
     if as_json:
-        print_json("congestion import", {"rows": rows, "statuses": statuses})
+        files = [*sources, *([sites] if sites is not None else [])]
+        provenance = whence(files).to_json()
+        print_json(
+            "congestion import", {"rows": rows, "statuses": statuses, "provenance": provenance}
+        )
         return
     counts = ", ".join(f"{count} {status}" for status, count in statuses.items())
     say(f"wrote {rows} rows to {output}" + (f": {counts}" if counts else ""))
@@ -117,14 +121,14 @@ def _options(
     from covertool.congestion.feeds.protocol import SPEED_UNITS, FeedOptions
 
     where_clock = zone(tz) if tz else None
-    chosen_fold = case.fold_choice(fold)
+    chosen_fold = own.fold_choice(fold)
     moment: datetime | None = None
     if time is not None:
         moment = parse_instant(time, where_clock, chosen_fold, "--time")
     unit = SPEED_UNITS.get(speed_unit or "km/h", 1.0)
     return FeedOptions(
         where=where,
-        profile=case.profile_of(profile),
+        profile=own.profile_of(profile),
         tz=where_clock,
         fold=chosen_fold,
         time=moment,
@@ -152,14 +156,15 @@ def _with_sites(feed_options: FeedOptions, sites: Path | None, feed_format: str)
         return replace(feed_options, sites=read_sites(stream, table_options))
 
 
-def _has_travel_times(source: Path) -> bool:
-    """Return whether a TRIPS file holds travel times; if not, it is of the network itself."""
+def _is_network(source: Path) -> bool:
+    """Return whether a TRIPS file is of the network itself, not of travel times on it."""
     from covertool.congestion.feeds.trips import TRAVEL_TIME
 
-    return TRAVEL_TIME in _columns(source)
+    return TRAVEL_TIME not in _columns(source)
 
 
 def _columns(source: Path) -> list[str]:
+    """Return the names in the first line of a table."""
     from covertool.gis.streams import open_stream
 
     with open_stream(source) as stream:
@@ -168,16 +173,16 @@ def _columns(source: Path) -> list[str]:
 
 
 def _network(source: Path, output: Path, feed_options: FeedOptions, overwrite: bool) -> int:
-    """Write the network of a TRIPS file: links when it has lines, else its junctions."""
+    """Write the network of a TRIPS file as a layer, and return the number of its rows."""
     from covertool.congestion.feeds import trips
     from covertool.gis.streams import open_stream
     from covertool.gis.write import write_layers
 
-    lines = "SiteID" not in _columns(source)
+    layer = trips.layer_of(_columns(source))
     with open_stream(source) as stream:
-        read = trips.network if lines else trips.junctions
-        frame = read(stream, feed_options)
-    write_layers(output, {"segments" if lines else "junctions": frame}, overwrite=overwrite)
+        frame = trips.NETWORK[layer](stream, feed_options)
+    metadata = whence([source]).to_metadata()
+    write_layers(output, {layer: frame}, overwrite=overwrite, metadata=metadata)
     return len(frame)
 
 

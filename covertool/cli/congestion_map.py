@@ -2,29 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from covertool.cli import congestion_case as case
+from covertool.cli import congestion_options as own
 from covertool.cli import options
 from covertool.cli.congestion import congestion_app
+from covertool.cli.congestion_case import Asked, Case, read_case
 from covertool.cli.console import print_json, print_table, say
+from covertool.cli.target import Target
 from covertool.cli.whence import whence
 
 if TYPE_CHECKING:
-    from covertool.cli.congestion_case import Case
+    from covertool.congestion.sensitivity import Variant
     from covertool.congestion.streets import Streets
 
-_PICTURES = (".png", ".pdf", ".svg")
-
-Day = Annotated[
-    str | None, typer.Option("--day", metavar="YYYY-MM-DD", help="The local day; else the first.")
-]
-Window = Annotated[
-    str | None, typer.Option("--window", metavar="NAME", help="The window; else the last.")
-]
 Heat = Annotated[
     Path | None,
     typer.Option("--heat", metavar="FILE", help="Also write weekday by hour (.png, .csv, ...)."),
@@ -33,18 +29,18 @@ Heat = Annotated[
 
 @congestion_app.command("map")
 def congestion_map(
-    observations: case.ObservationFile = None,
-    segments: case.Segments = None,
-    day: Day = None,
-    window: Window = None,
-    aoi: case.Aoi = None,
-    at: case.At = None,
-    tz: case.Tz = None,
-    fold: case.FoldChoice = None,
-    tolerance: case.Tolerance = case.TOLERANCE,
-    occupied: case.Occupied = case.OCCUPIED,
-    absent_is_free: case.AbsentIsFree = False,
-    profile: case.ProfileName = None,
+    observations: own.ObservationFile = None,
+    segments: own.Segments = None,
+    day: own.Day = None,
+    window: own.Window = None,
+    aoi: own.Aoi = None,
+    at: own.At = None,
+    tz: own.Tz = None,
+    fold: own.FoldChoice = None,
+    tolerance: own.Tolerance = own.TOLERANCE,
+    occupied: own.Occupied = own.OCCUPIED,
+    absent_is_free: own.AbsentIsFree = False,
+    profile: own.ProfileName = None,
     heat: Heat = None,
     output: options.Output = None,
     overwrite: options.Overwrite = False,
@@ -61,81 +57,52 @@ def congestion_map(
     \b
     A picture (.png, .pdf, .svg) or a GIS layer "congestion" (.gpkg, .geojson, ...), by extension.
     """
-    from covertool.congestion.streets import streets
-
-    if output is None and into is None and heat is None:
-        raise typer.BadParameter("say where to write", param_hint="-o")
-    read = case.read_case(
-        observations,
-        segments,
-        aoi=aoi,
-        at=at,
-        tz=tz,
-        fold=fold,
-        tolerance=tolerance,
-        occupied=occupied,
-        absent_is_free=absent_is_free,
-        profile=profile,
-    )
-    network = streets(read.segments, aoi=read.aoi)
+    target = Target(output, into, overwrite)
+    target.require(heat)
+    asked = Asked(
+        observations, segments, aoi, at, tz, fold, tolerance, absent_is_free, profile, occupied
+    )  # fmt: skip
+    case = read_case(asked)
+    network = case.network()
     if output is not None or into is not None:
-        _write_moment(read, network, day, window, output, into, overwrite)
+        _write_moment(case, network, own.day_of(day), window, target)
     if heat is not None:
-        _write_heat(read, network, heat, overwrite)
+        _write_heat(case, network, heat, overwrite)
 
 
 def _write_moment(
-    read: Case,
-    network: Streets,
-    day: str | None,
-    window: str | None,
-    output: Path | None,
-    into: Path | None,
-    overwrite: bool,
+    case: Case, network: Streets, day: date | None, window: str | None, target: Target
 ) -> None:
+    """Write one rush hour as a picture or a layer, by extension, and as a layer into a study."""
     from covertool.congestion.moment import states_at
-    from covertool.gis.figure import write_figure
+    from covertool.gis.figure import is_figure, write_figure
     from covertool.gis.study import inherited_metadata
-    from covertool.gis.write import write_layers
+    from covertool.report.congestion import congestion_layer, kinds
     from covertool.report.congestion import congestion_map as draw
-    from covertool.report.congestion import kinds
 
-    status, queue_m, on, at = states_at(
-        read.observations, network, read.options, day=case.day_of(day), window=window
-    )
-    kind = kinds(status, read.options.occupied)
-    if output is not None and output.suffix.lower() in _PICTURES:
-        title = f"Occupied streets, {on:%A %d %B %Y}, {at}"
+    moment = states_at(case.observations, network, case.options, day=day, window=window)
+    kind = kinds(moment.status, case.options.occupied)
+    if target.output is not None and is_figure(target.output):
+        title = f"Occupied streets, {moment.day:%A %d %B %Y}, {moment.window}"
         picture = draw(network.line, kind, network.crs, title=title)
-        write_figure(output, picture, overwrite=overwrite)
-        say(f"wrote {output}")
-        output = None
-    layer = _layer(network, status=status, kind=kind, queue_m=queue_m, day=str(on), window=at)
-    metadata = {**inherited_metadata(read.files), **whence(read.files).to_metadata()}
-    if output is not None:
-        write_layers(output, {"congestion": layer}, overwrite=overwrite, metadata=metadata)
-        say(f"wrote layer congestion to {output}")
-    if into is not None:
-        write_layers(into, {"congestion": layer}, into=True, metadata=metadata)
-        say(f"wrote layer congestion into {into}")
+        write_figure(target.output, picture, overwrite=target.overwrite)
+        say(f"wrote {target.output}")
+        target = replace(target, output=None)
+    metadata = {**inherited_metadata(case.files), **whence(case.files).to_metadata()}
+    target.write({"congestion": congestion_layer(network, moment, kind)}, metadata)
 
 
-def _layer(network: Streets, **columns: Any) -> Any:
-    import geopandas as gpd
-
-    ids = {"segment_id": network.segment_id, "length_m": network.length_m, "lanes": network.lanes}
-    return gpd.GeoDataFrame({**ids, **columns}, geometry=list(network.line), crs=network.crs)
-
-
-def _write_heat(read: Case, network: Streets, heat: Path, overwrite: bool) -> None:
-    from covertool.congestion.occupancy import days_of, hourly, table_of_days
-    from covertool.gis.figure import write_figure
+def _write_heat(case: Case, network: Streets, heat: Path, overwrite: bool) -> None:
+    """Write the occupied share by weekday and hour as a picture or a table, by extension."""
+    from covertool.congestion.occupancy import days_of, table_of_days
+    from covertool.congestion.options import hourly
+    from covertool.gis.figure import is_figure, write_figure
     from covertool.report.congestion import heat_matrix
     from covertool.report.congestion_tables import write_table
 
-    hours = hourly(read.options)
-    table = table_of_days(days_of(read.observations, network, hours), hours)
-    if heat.suffix.lower() in _PICTURES:
+    hours = hourly(case.options)
+    table = table_of_days(days_of(case.observations, network, hours), hours)
+    if is_figure(heat):
         title = f"Flagged street length by weekday and hour ({hours.tz.key})"
         write_figure(heat, heat_matrix(table, title=title), overwrite=overwrite)
     else:
@@ -145,17 +112,17 @@ def _write_heat(read: Case, network: Streets, heat: Path, overwrite: bool) -> No
 
 @congestion_app.command("sensitivity")
 def sensitivity(
-    observations: case.ObservationFile = None,
-    segments: case.Segments = None,
-    aoi: case.Aoi = None,
-    at: case.At = None,
-    tz: case.Tz = None,
-    fold: case.FoldChoice = None,
-    tolerance: case.Tolerance = case.TOLERANCE,
-    mean_of: case.MeanOf = "cells",
-    weight: case.Weight = "directed",
-    min_coverage: case.MinCoverage = 0.8,
-    absent_is_free: case.AbsentIsFree = False,
+    observations: own.ObservationFile = None,
+    segments: own.Segments = None,
+    aoi: own.Aoi = None,
+    at: own.At = None,
+    tz: own.Tz = None,
+    fold: own.FoldChoice = None,
+    tolerance: own.Tolerance = own.TOLERANCE,
+    mean_of: own.MeanOf = "cells",
+    weight: own.Weight = "directed",
+    min_coverage: own.MinCoverage = 0.8,
+    absent_is_free: own.AbsentIsFree = False,
     as_json: options.Json = False,
 ) -> None:
     """The means under each status profile and occupied set: the threshold decides the answer.
@@ -166,34 +133,30 @@ def sensitivity(
       covertool congestion sensitivity obs.parquet --segments net.gpkg --tz Europe/Dublin --json
     """
     from covertool.congestion.sensitivity import sensitivity as variants_of
-    from covertool.congestion.streets import streets
 
-    read = case.read_case(
-        observations,
-        segments,
-        aoi=aoi,
-        at=at,
-        tz=tz,
-        fold=fold,
-        tolerance=tolerance,
-        occupied=case.OCCUPIED,
-        mean_of=mean_of,
+    asked = Asked(
+        observations, segments, aoi, at, tz, fold, tolerance, absent_is_free, mean_of=mean_of,
         min_coverage=min_coverage,
-        absent_is_free=absent_is_free,
-    )
-    network = streets(read.segments, weight=weight, aoi=read.aoi)  # type: ignore[arg-type]
-    variants = variants_of(read.observations, network, read.options)
+    )  # fmt: skip
+    case = read_case(asked)
+    variants = variants_of(case.observations, case.network(weight), case.options)
     if as_json:
-        found = [
-            {
-                "profile": variant.profile,
-                "occupied": list(variant.occupied),
-                "means": [dict(vars(mean)) for mean in variant.table.means],
-            }
-            for variant in variants
-        ]
-        print_json("congestion sensitivity", {"variants": found})
-        return
+        found = [_variant(each) for each in variants]
+        provenance = whence(case.files).to_json()
+        print_json("congestion sensitivity", {"variants": found, "provenance": provenance})
+    else:
+        _print(variants)
+
+
+def _variant(variant: Variant) -> dict[str, Any]:
+    return {
+        "profile": variant.profile,
+        "occupied": list(variant.occupied),
+        "means": [dict(vars(mean)) for mean in variant.table.means],
+    }
+
+
+def _print(variants: list[Variant]) -> None:
     columns = [f"{mean.group} {mean.window} %" for mean in variants[0].table.means]
     rows = [
         [

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -13,21 +12,24 @@ from covertool.cli import options
 from covertool.cli.app import app
 from covertool.cli.console import print_json, print_table, progress, say
 from covertool.cli.extract_files import (
+    Placement,
+    Scene,
     chosen_detector,
-    image_files,
     job_ledger,
-    one_picture,
-    opened,
-    require_free,
-    require_one,
-    town,
+    open_scene,
+    require_free_picture,
 )
+from covertool.cli.target import Target
 from covertool.cli.transit import Gsd, Origin, parsed_origin
+from covertool.cli.whence import whence
 
 if TYPE_CHECKING:
+    from covertool.extract.detectors.protocol import Detector
     from covertool.extract.score import Score
     from covertool.extract.vehicles import Extraction
+    from covertool.gis.provenance import Provenance
     from covertool.model import RasterSource, TransitArea
+    from covertool.spread import Ledger
 
 Images = Annotated[
     list[Path],
@@ -39,7 +41,8 @@ MaskFile = Annotated[
     Path | None, typer.Option("--mask", metavar="MASK", help="Carriageway: 1 or 255 in a raster.")
 ]
 OsmFile = Annotated[
-    Path | None, typer.Option("--osm", metavar="FILE", help="Carriageway from OpenStreetMap.")
+    Path | None,
+    typer.Option("--osm", metavar="FILE", help="OpenStreetMap extract: roads, parking."),
 ]
 Lots = Annotated[
     str | None,
@@ -72,14 +75,6 @@ Preview = Annotated[
     Path | None, typer.Option("--preview", metavar="OUT.png", help="Draw what was found.")
 ]
 Force = Annotated[bool, typer.Option("--force", help="Go on with pixels above 0.35 m.")]
-Workers = Annotated[int, typer.Option("--workers", metavar="N", help="Processes.")]
-Scheduler = Annotated[
-    str | None, typer.Option("--scheduler", metavar="ADDRESS", help="A dask scheduler.")
-]
-Resume = Annotated[
-    Path | None,
-    typer.Option("--resume", metavar="FOLDER", help="Keep finished windows here; go on with them."),
-]
 
 
 @app.command("extract")
@@ -101,9 +96,9 @@ def extract(
     score: Labels = None,
     preview: Preview = None,
     force: Force = False,
-    workers: Workers = 1,
-    scheduler: Scheduler = None,
-    resume: Resume = None,
+    workers: options.Workers = 1,
+    scheduler: options.Scheduler = None,
+    resume: options.Resume = None,
     output: options.Output = None,
     into: options.Into = None,
     overwrite: options.Overwrite = False,
@@ -124,69 +119,75 @@ def extract(
     and buses are left out.
     """
     started = time.perf_counter()
-    _require_sense(mask, osm, output, into, score, preview, as_json)
-    files = image_files(images)
-    require_one(files, score)
-    require_free(output, overwrite, files)
-    rasters = opened(files, gsd, crs, parsed_origin(origin))
-    whole = None if preview is None else one_picture(rasters, preview, overwrite)
-    area, parking = town(mask, osm, lots, rasters, gsd, crs, parsed_origin(origin))
+    target = Target(output, into, overwrite)
+    target.require(score, preview, as_json)
+    target.require_free(images)
+    if preview is not None:
+        require_free_picture(preview, overwrite)
+    place = Placement(gsd, crs, parsed_origin(origin))
+    scene = open_scene(images, mask, osm, lots, place, labels=score)
+    picture = None if preview is None else scene.picture()
     chosen = chosen_detector(detector, model, model_gsd, tta)
+    found = _extract(
+        scene, chosen, rule=(parked_inside, kerb), threshold=threshold, force=force,
+        workers=workers, scheduler=scheduler,
+        ledger=job_ledger(resume, scene.files, chosen, [threshold, gsd, crs, origin]),
+    )  # fmt: skip
+    scored = None if score is None else _scored(score, found, scene.rasters[0])
+    if preview is not None and picture is not None:
+        _draw(preview, picture, found, scene.transit, overwrite)
+    made_from = whence(scene.inputs)
+    _write(found, scene, target, made_from)
+    seconds = time.perf_counter() - started
+    if as_json:
+        content = _content(found, scene, scored)
+        print_json("extract", {**content, "seconds": seconds, "provenance": made_from.to_json()})
+    else:
+        print_table(["found", ""], _rows(found, scene, scored))
+
+
+def _extract(
+    scene: Scene,
+    detector: Detector,
+    *,
+    rule: tuple[float, float],
+    threshold: float | None,
+    force: bool,
+    workers: int,
+    scheduler: str | None,
+    ledger: Ledger | None,
+) -> Extraction:
+    """Find the cars, behind a bar; say so where parked and driving cannot be told apart."""
     from covertool.extract.sites import ParkedRule
     from covertool.extract.vehicles import extract_vehicles
 
     with progress("windows", 1) as advance:
         found = extract_vehicles(
-            rasters,
-            chosen,
-            transit=area,
-            lots=parking,
-            rule=ParkedRule(parked_inside, kerb),
+            scene.rasters,
+            detector,
+            transit=scene.transit,
+            lots=scene.lots,
+            rule=ParkedRule(*rule),
             threshold=threshold,
             force=force,
             workers=workers,
             scheduler=scheduler,
-            ledger=job_ledger(resume, files, chosen, [threshold, gsd, crs, origin]),
+            ledger=ledger,
             on_windows=lambda steps, total: advance(steps / total),
         )
-    if area is None:
+    if scene.transit is None:
         say(
             "warning: neither --mask nor --osm was given: whether a car is parked is not known, "
             "and the layer anchors holds all of them"
         )
-    scored = _scored(score, found, rasters)
-    if preview is not None and whole is not None:
-        _draw(preview, found, whole, area, overwrite)
-    inputs = [path for path in (*files, mask, osm, score) if path is not None]
-    whence = _write(found, area, output, into, overwrite, inputs)
-    _report(found, area, scored, whence, time.perf_counter() - started, as_json)
-    for path in (output, into):
-        if path is not None:
-            say(f"wrote {path}")
+    return found
 
 
-def _require_sense(
-    mask: Path | None,
-    osm: Path | None,
-    output: Path | None,
-    into: Path | None,
-    score: Path | None,
-    preview: Path | None,
-    as_json: bool,
-) -> None:
-    if mask is not None and osm is not None:
-        raise typer.BadParameter("give a mask or an OSM extract, not both", param_hint="--mask")
-    if not (output or into or score or preview or as_json):
-        raise typer.BadParameter("name a study to write", param_hint="-o")
-
-
-def _scored(labels: Path | None, found: Extraction, rasters: list[RasterSource]) -> Score | None:
+def _scored(labels: Path, found: Extraction, image: RasterSource) -> Score:
+    """Return how the cars of an image compare with its labels."""
     from covertool.extract import score
     from covertool.gis.streams import open_stream
 
-    if labels is None:
-        return None
-    image = rasters[0]
     with open_stream(labels) as stream:
         known = score.Labels.from_geojson(stream.read(), str(labels))
     ground = image.gsd_m(image.width / 2, image.height / 2)
@@ -195,71 +196,52 @@ def _scored(labels: Path | None, found: Extraction, rasters: list[RasterSource])
 
 def _draw(
     path: Path,
-    found: Extraction,
     picture: RasterSource,
-    area: TransitArea | None,
+    found: Extraction,
+    transit: TransitArea | None,
     overwrite: bool,
 ) -> None:
+    """Write the picture of what was found."""
     from covertool.extract.preview import preview
     from covertool.gis.picture import write_picture
 
-    write_picture(path, preview(picture, found.vehicles, area), overwrite=overwrite)
+    write_picture(path, preview(picture, found.vehicles, transit), overwrite=overwrite)
     say(f"wrote {path}")
 
 
-def _write(
-    found: Extraction,
-    area: TransitArea | None,
-    output: Path | None,
-    into: Path | None,
-    overwrite: bool,
-    inputs: list[Path],
-) -> dict[str, Any]:
-    """Write the study's layers and return the provenance as JSON."""
-    from covertool.gis.provenance import provenance
-    from covertool.gis.write import write_layers
-
-    whence = provenance(sys.argv[1:], inputs)
+def _write(found: Extraction, scene: Scene, target: Target, made_from: Provenance) -> None:
+    """Write the study's layers."""
     layers = {"vehicles": found.vehicles.to_frame(), "anchors": found.anchors().to_frame()}
-    if area is not None:
-        layers["transit"] = area.to_frame()
-    metadata = whence.to_metadata()
-    if output is not None:
-        write_layers(output, layers, overwrite=overwrite, metadata=metadata, inputs=inputs)
-    if into is not None:
-        write_layers(into, layers, into=True, metadata=metadata, inputs=inputs)
-    return whence.to_json()
+    if scene.transit is not None:
+        layers["transit"] = scene.transit.to_frame()
+    target.write(layers, made_from.to_metadata(), inputs=scene.inputs)
 
 
-def _report(
-    found: Extraction,
-    area: TransitArea | None,
-    scored: Score | None,
-    whence: dict[str, Any],
-    seconds: float,
-    as_json: bool,
-) -> None:
-    parked = len(found.anchors()) if area is not None else None
-    if as_json:
-        content: dict[str, Any] = {
-            "vehicles": len(found.vehicles),
-            "trucks": found.trucks,
-            "parked": parked,
-            "transit_area_m2": None if area is None else area.area_m2,
-            "gsd_m": found.gsd_m,
-            "pixels": found.pixels,
-        }
-        if scored is not None:
-            content["score"] = scored.to_json()
-        print_json("extract", {**content, "seconds": seconds, "provenance": whence})
-        return
+def _content(found: Extraction, scene: Scene, scored: Score | None) -> dict[str, Any]:
+    """Return the content of ``extract --json`` but for seconds and provenance."""
+    content: dict[str, Any] = {
+        "vehicles": len(found.vehicles),
+        "trucks": found.trucks,
+        "parked": None if scene.transit is None else len(found.anchors()),
+        "transit_area_m2": None if scene.transit is None else scene.transit.area_m2,
+        "gsd_m": found.gsd_m,
+        "pixels": found.pixels,
+    }
+    if scored is not None:
+        content["score"] = scored.to_json()
+    return content
+
+
+def _rows(found: Extraction, scene: Scene, scored: Score | None) -> list[list[str]]:
+    """Return the printed table."""
     rows = [["vehicles", str(len(found.vehicles))]]
     if found.trucks:
         rows.append(["trucks and buses, left out", str(found.trucks)])
-    if area is not None:
-        rows += [["parked", str(parked)], ["transit area m2", f"{area.area_m2:.0f}"]]
+    if scene.transit is not None:
+        rows.append(["parked", str(len(found.anchors()))])
+        rows.append(["transit area m2", f"{scene.transit.area_m2:.0f}"])
     rows += [["GSD m", f"{found.gsd_m:.3f}"], ["megapixels", f"{found.pixels / 1e6:.1f}"]]
     if scored is not None:
         figures = scored.to_json().items()
         rows += [[k.replace("_", " "), "-" if v is None else f"{v:.3g}"] for k, v in figures]
-    print_table(["found", ""], rows)
+    return rows

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import typer
 
@@ -11,86 +12,114 @@ from covertool.cli.transit import mask_transit, osm_transit
 
 if TYPE_CHECKING:
     import shapely
+    from pyproj import CRS
 
     from covertool.extract.detectors.protocol import Detector
     from covertool.model import RasterSource, TransitArea
     from covertool.spread import Ledger
 
 
-def image_files(images: list[Path]) -> list[Path]:
-    """Return the rasters that are named, by hand or in a VRT or a list, each once."""
-    from covertool.gis.raster_lists import raster_files
+class Placement(NamedTuple):
+    """Where an image without georeference lies: ground size of a pixel, CRS, lower left corner."""
 
-    return list(dict.fromkeys(file for path in images for file in raster_files(path)))
-
-
-def require_one(files: list[Path], score: Path | None) -> None:
-    """Refuse labels beside several images."""
-    if score is not None and len(files) > 1:
-        raise typer.BadParameter("labels belong to one image", param_hint="--score")
+    gsd_m: float | None
+    crs: str | None
+    origin: tuple[float, float] | None
 
 
-def require_free(output: Path | None, overwrite: bool, images: list[Path]) -> None:
-    """Refuse an output that cannot be written before hours of work rather than after."""
-    from covertool.gis.formats import VECTOR_OUTPUTS
-    from covertool.gis.guard import output_file
+@dataclass(frozen=True)
+class Scene:
+    """What cars are looked for in: images, and where cars drive and park there.
 
-    if output is not None:
-        output_file(output, VECTOR_OUTPUTS, overwrite=overwrite, inputs=images)
+    Attributes
+    ----------
+    files : the rasters, each once
+    rasters : the same, opened
+    transit, lots : transit area and parking areas in the CRS of the first image; None if unknown
+    inputs : all files that were read
+    """
+
+    files: list[Path]
+    rasters: list[RasterSource]
+    transit: TransitArea | None
+    lots: shapely.MultiPolygon | None
+    inputs: list[Path]
+
+    def picture(self) -> RasterSource:
+        """Return the images as the one that a preview shows."""
+        from covertool.extract.mosaic import mosaics
+
+        joined = mosaics(self.rasters)
+        if len(joined) > 1:
+            raise typer.BadParameter(
+                f"a preview shows one picture, and the images lie on {len(joined)} pixel grids",
+                param_hint="--preview",
+            )
+        return joined[0]
 
 
-def opened(
-    images: list[Path], gsd: float | None, crs: str | None, origin: tuple[float, float] | None
-) -> list[RasterSource]:
-    """Return the images, opened."""
-    from covertool.gis.geotiff import open_raster
-
-    return [open_raster(path, gsd_m=gsd, crs=crs, origin=origin) for path in images]
-
-
-def one_picture(rasters: list[RasterSource], path: Path, overwrite: bool) -> RasterSource:
-    """Return the images as the one that a preview shows, or refuse before the work."""
-    from covertool.extract.mosaic import mosaics
+def require_free_picture(path: Path, overwrite: bool) -> None:
+    """Refuse a picture that cannot be written before hours of work rather than after."""
     from covertool.gis.guard import output_file
     from covertool.gis.picture import PICTURE_FORMATS
 
     output_file(path, PICTURE_FORMATS, overwrite=overwrite)
-    joined = mosaics(rasters)
-    if len(joined) > 1:
-        raise typer.BadParameter(
-            f"a preview shows one picture, and the images lie on {len(joined)} pixel grids",
-            param_hint="--preview",
-        )
-    return joined[0]
 
 
-def town(
+def open_scene(
+    images: list[Path],
     mask: Path | None,
     osm: Path | None,
     lots: str | None,
-    rasters: list[RasterSource],
-    gsd: float | None,
-    crs: str | None,
-    origin: tuple[float, float] | None,
-) -> tuple[TransitArea | None, shapely.MultiPolygon | None]:
-    """Return the transit area and the parking areas in the CRS of the first image."""
-    from covertool.extract.transit import dissolved, seen_part
+    place: Placement,
+    *,
+    labels: Path | None = None,
+) -> Scene:
+    """Return the images that are named, by hand or in a VRT or a list, and their surroundings."""
+    from covertool.gis.geotiff import open_raster
+    from covertool.gis.raster_lists import raster_files
+
+    if mask is not None and osm is not None:
+        raise typer.BadParameter("give a mask or an OSM extract, not both", param_hint="--mask")
+    files = list(dict.fromkeys(file for path in images for file in raster_files(path)))
+    if labels is not None and len(files) > 1:
+        raise typer.BadParameter("labels belong to one image", param_hint="--score")
+    rasters: list[RasterSource] = [
+        open_raster(path, gsd_m=place.gsd_m, crs=place.crs, origin=place.origin) for path in files
+    ]
+    inputs = [path for path in (*files, mask, osm, labels) if path is not None]
+    transit = _transit(mask, osm, rasters, place)
+    return Scene(files, rasters, transit, _parking(osm, lots, place.crs, rasters[0].crs), inputs)
+
+
+def _transit(
+    mask: Path | None, osm: Path | None, rasters: list[RasterSource], place: Placement
+) -> TransitArea | None:
+    """Return the part of the transit area that the images show."""
+    from covertool.extract.transit import seen_part
+
+    if mask is not None:
+        image = rasters[0] if len(rasters) == 1 else None
+        gsd_m, crs, origin = place
+        return seen_part(mask_transit(mask, image, gsd=gsd_m, crs=crs, origin=origin), rasters)
+    if osm is not None:
+        return seen_part(osm_transit(osm), rasters)
+    return None
+
+
+def _parking(
+    osm: Path | None, lots: str | None, crs: str | None, dst_crs: CRS
+) -> shapely.MultiPolygon | None:
+    """Return the parking areas of an extract and of a layer as one."""
+    from covertool.extract.transit import dissolved
     from covertool.gis.osm import read_parking_areas
     from covertool.gis.read import read_polygons
 
-    area = None
-    first = rasters[0] if len(rasters) == 1 else None
-    if mask is not None:
-        area = mask_transit(mask, first, gsd=gsd, crs=crs, origin=origin)
-    elif osm is not None:
-        area = osm_transit(osm)
-    if area is not None:
-        area = seen_part(area, rasters)
     frames = [] if osm is None else [read_parking_areas(osm)]
     if lots is not None:
         frames.append(read_polygons(lots, crs=crs))
-    frames = [frame for frame in frames if not frame.empty]
-    return area, (dissolved(frames, rasters[0].crs) if frames else None)
+    found = [frame for frame in frames if not frame.empty]
+    return dissolved(found, dst_crs) if found else None
 
 
 def chosen_detector(name: str | None, model: Path | None, gsd: float | None, tta: bool) -> Detector:

@@ -7,24 +7,28 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from covertool.cli import options
 from covertool.cli.app import app
 from covertool.cli.console import say
-from covertool.cli.options import Overwrite
 
 if TYPE_CHECKING:
     from covertool.report.page import ReportStudy
 
 
+Study = Annotated[
+    Path | None,
+    typer.Argument(metavar="STUDY.gpkg", help="A study; without one the sample plan runs."),
+]
+Page = Annotated[
+    Path, typer.Option("-o", "--output", metavar="FILE.html", help="Where to write the page.")
+]
+
+
 @app.command()
 def report(
-    study: Annotated[
-        Path | None,
-        typer.Argument(metavar="STUDY", help="A study; without one the sample plan runs."),
-    ] = None,
-    output: Annotated[
-        Path, typer.Option("-o", "--output", metavar="FILE.html", help="Where to write the page.")
-    ] = Path("report.html"),
-    overwrite: Overwrite = False,
+    study: Study = None,
+    output: Page = Path("report.html"),
+    overwrite: options.Overwrite = False,
 ) -> None:
     """Write a study as one HTML page: map, tables, plots, provenance and limits.
 
@@ -40,15 +44,16 @@ def report(
     sample plan (covertool run --example) runs first, and its study is kept in your cache.
     """
     from covertool.gis.guard import output_file
-    from covertool.gis.page import PAGE_FORMATS, write_page
+    from covertool.gis.textfile import HTML, write_text
     from covertool.report.page import report_page
 
-    output_file(output, PAGE_FORMATS, overwrite=overwrite)  # told before anything is read
+    output_file(output, (HTML,), overwrite=overwrite)  # told before anything is read
     if study is None:
         from covertool.cli.run import study_of_the_sample_plan
 
         study = study_of_the_sample_plan()
-    write_page(output, report_page(read_parts(study)), overwrite=overwrite, inputs=[study])
+    page = report_page(read_parts(study))
+    write_text(output, page, HTML, overwrite=overwrite, inputs=[study])
     say(f"wrote {output} ({output.stat().st_size / 1e6:.1f} MB)")
 
 

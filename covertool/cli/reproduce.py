@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -14,10 +14,10 @@ from covertool.cli import simulate_options as own
 from covertool.cli.app import app
 from covertool.cli.console import print_json, progress
 from covertool.cli.reproduce_output import json_content, print_comparisons, write_comparisons
+from covertool.cli.simulate_experiment import estimators_of
 
 if TYPE_CHECKING:
-    from covertool.model import OccupancyTable
-    from covertool.paper.comparison import Comparison
+    from covertool.model import CoverageReport, OccupancyTable
     from covertool.paper.scenarios import LayoutResult
 
 Tables = Annotated[
@@ -31,10 +31,6 @@ PresetName = Annotated[
     str | None,
     typer.Option("--preset", metavar="paper|best", help="Only this one (default: both)."),
 ]
-Resume = Annotated[
-    Path | None,
-    typer.Option("--resume", metavar="FOLDER", help="Keep finished layouts here; take them up."),
-]
 
 
 @app.command()
@@ -43,9 +39,9 @@ def reproduce(
     layouts: LayoutCount = 1,
     preset: PresetName = None,
     runs: own.Runs = 40,
-    workers: own.Workers = 1,
-    scheduler: own.Scheduler = None,
-    resume: Resume = None,
+    workers: options.Workers = 1,
+    scheduler: options.Scheduler = None,
+    resume: options.Resume = None,
     output: options.Output = None,
     overwrite: options.Overwrite = False,
     as_json: options.Json = False,
@@ -68,7 +64,7 @@ def reproduce(
     -o FILE.md or FILE.csv writes the same tables.
     """
     from covertool.gis.records import RECORD_FORMATS
-    from covertool.paper.reproduce import SCENARIO_OF, TABLES
+    from covertool.paper.reproduce import SCENARIO_OF, TABLES, compare
 
     begun = time.perf_counter()
     numbers = tuple(sorted(set(table or TABLES)))
@@ -76,16 +72,18 @@ def reproduce(
     if unknown:
         known = ", ".join(map(str, TABLES))
         raise typer.BadParameter(f"{', '.join(unknown)}: use {known}", param_hint="--table")
-    if preset not in (None, "paper", "best"):
-        raise typer.BadParameter("use paper or best", param_hint="--preset")
+    estimators = estimators_of(preset)
     if output is not None:
         from covertool.gis.guard import output_file
         from covertool.gis.textfile import MARKDOWN
 
         output_file(output, (MARKDOWN, RECORD_FORMATS[0]), overwrite=overwrite)
     scenarios = list(dict.fromkeys(SCENARIO_OF[n] for n in numbers if n in SCENARIO_OF))
-    found = _run(scenarios, layouts, preset, runs, workers, scheduler, resume)
-    comparisons = _compare(numbers, found, preset)
+    found = _run(scenarios, layouts, estimators, runs, workers, scheduler, resume)
+    comparisons = compare(
+        numbers, found, _sample_congestion, _sample_coverage,
+        paper=preset != "best", best=preset != "paper",
+    )  # fmt: skip
     if output is not None:
         write_comparisons(output, comparisons, numbers, layouts, overwrite)
     if as_json:
@@ -98,7 +96,7 @@ def reproduce(
 def _run(
     scenarios: Sequence[str],
     layouts: int,
-    preset: str | None,
+    estimators: Sequence[str],
     runs: int,
     workers: int,
     scheduler: str | None,
@@ -115,17 +113,15 @@ def _run(
     from covertool.traffic.sumo import find_sumo
 
     sumo = find_sumo()
-    estimators = {"paper": ("gcpso", "ekf"), "best": ("second_order",)}
-    chosen = estimators[preset] if preset else (*estimators["paper"], *estimators["best"])
     study = sample_folder() / SAMPLE_STUDY
-    job = f"reproduce {chosen} {runs} {sumo.version} {sha256(study)} {versions()['covertool']}"
+    job = f"reproduce {estimators} {runs} {sumo.version} {sha256(study)} {versions()['covertool']}"
     with progress("layouts", len(scenarios) * layouts) as advance:
         return run_layouts(
             scenarios,
             read_layers(study, ["streets"])["streets"],
             read_anchors(f"{study}:anchors"),
             layouts=layouts,
-            estimators=chosen,
+            estimators=estimators,
             runs=runs,
             workers=workers,
             scheduler=scheduler,
@@ -134,42 +130,14 @@ def _run(
         )
 
 
-def _compare(
-    numbers: Sequence[int], found: dict[str, list[LayoutResult]], preset: str | None
-) -> list[Comparison]:
-    from covertool.paper import reproduce as paper
-
-    presets = {"paper": preset != "best", "best": preset != "paper"}
-    rows: list[Comparison] = []
-    for number in numbers:
-        if number == 1:
-            rows += paper.compare_table_1(_sample_congestion())
-        elif number == 2:
-            rows += paper.compare_table_2()
-        elif number == 4:
-            rows += paper.compare_table_4(_sample_coverage())
-        elif number == 8:
-            rows += paper.compare_table_8(found["town"], **presets)
-        else:
-            results = found[paper.SCENARIO_OF[number]]
-            rows += paper.compare_errors(number, results, **presets)
-    return rows
-
-
 def _sample_congestion() -> OccupancyTable:
-    from covertool.cli import congestion_case
-    from covertool.congestion.occupancy import days_of, table_of_days
-    from covertool.congestion.streets import streets
+    from covertool.cli.congestion_case import Asked, read_case
 
-    read = congestion_case.read_case(
-        None, None, aoi=None, at=None, tz=None, fold=None,
-        tolerance=congestion_case.TOLERANCE, occupied=congestion_case.OCCUPIED,
-    )  # fmt: skip
-    days = days_of(read.observations, streets(read.segments), read.options)
-    return table_of_days(days, read.options)
+    case = read_case(Asked())
+    return case.table(case.network())
 
 
-def _sample_coverage() -> Any:
+def _sample_coverage() -> CoverageReport:
     from covertool.coverage import coverage_levels
     from covertool.errors import FileError
     from covertool.gis.read import read_study

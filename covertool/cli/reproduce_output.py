@@ -31,7 +31,7 @@ def print_comparisons(
     from covertool.paper.reproduce import DIFFERENCES, OPEN_POINTS, ROMAN
 
     for number in numbers:
-        rows = [row for each in comparisons if each.table == number for row in [_row(each)]]
+        rows = [_row(each) for each in comparisons if each.table == number]
         print_table(COLUMNS, rows, f"\nTable {ROMAN[number]}")
         for line in DIFFERENCES[number]:
             typer.echo(f"  {line}")

@@ -8,6 +8,7 @@ import logging
 import shlex
 import sys
 from collections.abc import Sequence
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -18,7 +19,7 @@ from covertool.cli.app import app
 from covertool.cli.console import print_json, say
 
 if TYPE_CHECKING:
-    from covertool.plan import Plan, Stage, Verb
+    from covertool.plan import Plan, Runner, Stage, Verb
 
 PlanFile = Annotated[
     Path | None,
@@ -126,12 +127,15 @@ def verbs() -> dict[str, Verb]:
     import covertool.cli.main  # noqa: F401  which registers every verb
     from covertool.plan import Parameter, Verb
 
-    def parameter(declared: Any) -> Parameter:
+    def parameters(declared: Any) -> list[Parameter]:
         if declared.param_type_name == "argument":
-            return Parameter(declared.name, "")
-        flag = max(declared.opts, key=len)
-        key = flag.lstrip("-").replace("-", "_")
-        return Parameter(key, flag, repeats=declared.multiple, is_switch=declared.is_flag)
+            return [Parameter(declared.name, "")]
+        repeats, is_switch = declared.multiple, declared.is_flag
+        return [
+            Parameter(flag[2:].replace("-", "_"), flag, repeats=repeats, is_switch=is_switch)
+            for flag in declared.opts
+            if flag.startswith("--")
+        ]
 
     def walk(group: Any, prefix: str) -> dict[str, Verb]:
         found = {}
@@ -139,13 +143,14 @@ def verbs() -> dict[str, Verb]:
             if hasattr(command, "commands"):
                 found.update(walk(command, f"{prefix}{name} "))
             else:
-                found[prefix + name] = Verb(prefix + name, tuple(map(parameter, command.params)))
+                taken = chain.from_iterable(map(parameters, command.params))
+                found[prefix + name] = Verb(prefix + name, tuple(taken))
         return found
 
     return walk(typer.main.get_command(app), "")
 
 
-def _runner(plan: Plan) -> Any:
+def _runner(plan: Plan) -> Runner:
     """Return what runs a command line of covertool in the plan's folder, as loud as this run."""
     from covertool.cli.main import main
 
@@ -160,4 +165,5 @@ def _runner(plan: Plan) -> Any:
 
 
 def _shown(command: tuple[str, ...]) -> str:
+    """Return a command as it is typed."""
     return shlex.join(command if command[0] == "cp" else ("covertool", *command))

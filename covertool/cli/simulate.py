@@ -11,10 +11,12 @@ from covertool.cli import simulate_options as own
 from covertool.cli.app import app
 from covertool.cli.console import print_json, progress
 from covertool.cli.coverage import Classes
-from covertool.cli.simulate_case import Asked, Case, check, read_case
+from covertool.cli.simulate_asked import Asked, check
+from covertool.cli.simulate_case import Case, read_case
 from covertool.cli.simulate_experiment import Experiment, choose_experiment
 from covertool.cli.simulate_files import Files
 from covertool.cli.simulate_output import json_content, print_simulation
+from covertool.cli.target import Target
 
 if TYPE_CHECKING:
     from covertool.traffic.simulation import Simulation
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
 
 @app.command(epilog=own.READINGS)
 def simulate(
-    study: own.Study = None,
+    study: options.Study = None,
     net: own.Net = None,
     osm: own.Osm = None,
     fcd: own.Fcd = None,
@@ -53,12 +55,12 @@ def simulate(
     seed: own.NoiseSeed = 1,
     vehicle: own.Vehicles = None,
     no_bound: own.NoBound = False,
-    workers: own.Workers = 1,
-    scheduler: own.Scheduler = None,
+    workers: options.Workers = 1,
+    scheduler: options.Scheduler = None,
     output: options.Output = None,
     into: options.Into = None,
     overwrite: options.Overwrite = False,
-    table: own.Table = None,
+    result_table: own.ResultTable = None,
     traces: own.Traces = None,
     trace_runs: own.TraceRuns = 1,
     additional: own.Additional = None,
@@ -95,22 +97,23 @@ def simulate(
         timeout, along, allow_unheard, queue_anchors,
     )  # fmt: skip
     files = Files(
-        output, into, overwrite, table, traces, trace_runs, additional, fcd_out, edge_data, plot,
-        plot_density,
+        Target(output, into, overwrite), result_table, traces, trace_runs, additional, fcd_out,
+        edge_data, plot, plot_density,
     )  # fmt: skip
     check(asked)
     files.check(recorded=fcd is not None)
     experiment = choose_experiment(
-        asked.kind, radius, device_class, arm, estimator, preset, sigma_range, sigma_gps, gps_tau,
-        reading, runs, seed,
+        asked.kind, radius=radius, device_class=device_class, arms=arm, estimators=estimator,
+        preset=preset, sigmas_m=sigma_range, sigma_gps_m=sigma_gps, gps_tau_s=gps_tau,
+        readings=reading, runs=runs, seed=seed, layouts=layouts, penetration=penetration,
+        vehicles=vehicle, bound=not no_bound,
     )  # fmt: skip
     case = read_case(asked)
-    found = _simulate(
-        case, experiment, layouts=layouts, penetration=penetration, vehicles=tuple(vehicle or ()),
-        bound=not no_bound, workers=workers, scheduler=scheduler, allow_unheard=allow_unheard,
-    )  # fmt: skip
+    if not allow_unheard:
+        _require_reach(case, experiment)
+    found = _simulate(case, experiment, workers, scheduler)
     computed = time.perf_counter()
-    files.write(case, experiment, found, named=bool(vehicle), workers=workers)
+    files.write(case, experiment, found, workers=workers)
     now = time.perf_counter()
     seconds = {**found.seconds, "writing": now - computed, "total": now - begun}
     if as_json:
@@ -119,38 +122,26 @@ def simulate(
         print_simulation(case, found, seconds)
 
 
-def _simulate(
-    case: Case,
-    experiment: Experiment,
-    *,
-    layouts: int,
-    penetration: float,
-    vehicles: tuple[str, ...],
-    bound: bool,
-    workers: int,
-    scheduler: str | None,
-    allow_unheard: bool,
-) -> Simulation:
-    from covertool.traffic.simulation import require_reach, simulate
+def _require_reach(case: Case, experiment: Experiment) -> None:
+    """Refuse parked cars that nobody can hear, where an arm is about hearing them."""
+    from covertool.traffic.simulation import require_reach
 
-    if not allow_unheard and "proposed" in experiment.arms:
+    if "proposed" in experiment.arms:
         require_reach(case.mobilities, case.anchors, max(experiment.radii_m))
+
+
+def _simulate(
+    case: Case, experiment: Experiment, workers: int, scheduler: str | None
+) -> Simulation:
+    """Position the cars, behind a bar that begins once the number of pieces is known."""
+    from covertool.traffic.simulation import simulate
+
     with ExitStack() as bars:
         advance = []
         return simulate(
             case.mobilities,
             case.anchors,
-            arms=experiment.arms,
-            estimators=experiment.estimators,
-            sigmas_m=experiment.sigmas_m,
-            radii_m=experiment.radii_m,
-            runs=experiment.runs,
-            seed=experiment.seed,
-            options=experiment.options,
-            layouts=layouts,
-            penetration=penetration,
-            vehicles=vehicles,
-            bound=bound,
+            **vars(experiment),
             workers=workers,
             scheduler=scheduler,
             on_start=lambda pieces: advance.append(

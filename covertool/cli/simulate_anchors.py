@@ -12,12 +12,10 @@ from covertool.cli.console import say
 if TYPE_CHECKING:
     from pyproj import CRS
 
-    from covertool.cli.simulate_case import Asked
+    from covertool.cli.simulate_asked import Asked
     from covertool.model import Anchors
     from covertool.traffic.demand import Demand
     from covertool.traffic.network import Network
-
-ALONG_M = 15.0
 
 
 def along(asked: Asked, anchors: Anchors, network: Network, demands: Sequence[Demand]) -> Anchors:
@@ -39,6 +37,8 @@ def along(asked: Asked, anchors: Anchors, network: Network, demands: Sequence[De
 
 def along_m(asked: Asked) -> float:
     """Return how near to the street circuit anchors must stand, in metres."""
+    from covertool.traffic.vicinity import ALONG_M
+
     return ALONG_M if asked.along_m is None else asked.along_m
 
 
@@ -66,9 +66,7 @@ def _queued(asked: Asked, dst_crs: CRS) -> Anchors:
     """Return the queued cars of the sample study's congestion; another study brings its own."""
     from covertool import crs as crs_door
     from covertool.cli import congestion_case
-    from covertool.congestion.moment import states_at
-    from covertool.congestion.queues import QueueOptions, queue_anchors
-    from covertool.congestion.streets import streets
+    from covertool.congestion.queues import QueueOptions
     from covertool.errors import ColumnError
     from covertool.gis.sample import SAMPLE_STUDY, sample_folder
 
@@ -78,15 +76,8 @@ def _queued(asked: Asked, dst_crs: CRS) -> Anchors:
             ", ".join(asked.anchors) or str(asked.study),
             "covertool anchors queue OBSERVATIONS --segments FILE --into STUDY.gpkg",
         )
-    read = congestion_case.read_case(
-        None, None, aoi=None, at=None, tz=None, fold=None,
-        tolerance=congestion_case.TOLERANCE, occupied=congestion_case.OCCUPIED,
-    )  # fmt: skip
-    network = streets(read.segments)
-    status, queue_m, on, name = states_at(
-        read.observations, network, read.options, day=None, window=None
-    )
-    cars, _ = queue_anchors(network, status, queue_m, QueueOptions())
-    say(f"{len(cars)} queued cars on {on}, {name} (synthetic)")
+    queued = congestion_case.read_case(congestion_case.Asked()).queued_cars(QueueOptions())
+    cars = queued.anchors
+    say(f"{len(cars)} queued cars on {queued.day}, {queued.window} (synthetic)")
     x_m, y_m = crs_door.transform(cars.x_m, cars.y_m, cars.crs, dst_crs)
     return replace(cars, x_m=x_m, y_m=y_m, crs=dst_crs)

@@ -14,10 +14,8 @@ from covertool.cli.simulate_reading import positioning_options
 if TYPE_CHECKING:
     from covertool.positioning import PositioningOptions
 
-SIGMAS_M = (0.2, 4.0)
-"""Range noises of the paper: UWB and radio ranging."""
-
 PRESETS = {"paper": ("gcpso", "ekf"), "best": ("second_order",)}
+"""Estimators that run as the paper does, and the one that takes all that can be known."""
 
 
 @dataclass(frozen=True)
@@ -31,10 +29,15 @@ class Experiment:
     runs: int
     seed: int
     options: PositioningOptions
+    layouts: int
+    penetration: float
+    vehicles: tuple[str, ...]
+    bound: bool
 
 
 def choose_experiment(
     kind: str,
+    *,
     radius: Sequence[str] | None,
     device_class: Sequence[str] | None,
     arms: Sequence[str] | None,
@@ -46,36 +49,57 @@ def choose_experiment(
     readings: Sequence[str] | None,
     runs: int,
     seed: int,
+    layouts: int,
+    penetration: float,
+    vehicles: Sequence[str] | None,
+    bound: bool,
 ) -> Experiment:
     """Return what the options ask for; the campus also has the paper's zone of 100 m."""
     from covertool.positioning import ARMS
+    from covertool.traffic.simulation import RADII_M, SIGMAS_M
 
     return Experiment(
         arms=tuple(dict.fromkeys(arms or ARMS)),
         estimators=_estimators(estimators, preset),
         sigmas_m=tuple(dict.fromkeys(sigmas_m or SIGMAS_M)),
-        radii_m=_radii_m(radius, device_class) or ((15.0, 100.0) if kind == "campus" else (15.0,)),
+        radii_m=_radii_m(radius, device_class) or RADII_M.get(kind, RADII_M["town"]),
         runs=runs,
         seed=seed,
         options=positioning_options(
             readings, sigma_gps_m=sigma_gps_m, gps_tau_s=gps_tau_s, scenario=kind
         ),
+        layouts=layouts,
+        penetration=penetration,
+        vehicles=tuple(vehicles or ()),
+        bound=bound,
     )
 
 
-def _estimators(named: Sequence[str] | None, preset: str | None) -> tuple[str, ...]:
+def estimators_of(preset: str | None) -> tuple[str, ...]:
+    """Return the estimators of a preset, or of all.
+
+    >>> estimators_of("paper")
+    ('gcpso', 'ekf')
+    """
     if preset is None:
-        every = tuple(name for names in PRESETS.values() for name in names)
-        return tuple(dict.fromkeys(named or every))
+        return tuple(name for names in PRESETS.values() for name in names)
     if preset not in PRESETS:
-        raise typer.BadParameter("use paper or best", param_hint="--preset")
+        raise typer.BadParameter(f"use {' or '.join(PRESETS)}", param_hint="--preset")
+    return PRESETS[preset]
+
+
+def _estimators(named: Sequence[str] | None, preset: str | None) -> tuple[str, ...]:
+    """Return the estimators that the options name; with a preset they must be among its own."""
+    known = estimators_of(preset)
     if not named:
-        return PRESETS[preset]
-    others = [name for name in named if name not in PRESETS[preset] and ":" not in name]
+        return known
+    if preset is None:
+        return tuple(dict.fromkeys(named))
+    others = [name for name in named if name not in known and ":" not in name]
     if others:
         raise typer.BadParameter(
             f"{', '.join(others)} does not run by the preset {preset}, which has "
-            f"{', '.join(PRESETS[preset])}",
+            f"{', '.join(known)}",
             param_hint="--estimator",
         )
     return tuple(dict.fromkeys(named))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from covertool.cli.console import say
-from covertool.cli.simulate_output import result_frames
+from covertool.cli.target import Target
 from covertool.cli.whence import whence
 
 if TYPE_CHECKING:
@@ -23,9 +23,7 @@ if TYPE_CHECKING:
 class Files:
     """The files that were asked for."""
 
-    output: Path | None
-    into: Path | None
-    overwrite: bool
+    target: Target
     table: Path | None
     traces: Path | None
     trace_runs: int
@@ -38,17 +36,16 @@ class Files:
     def check(self, *, recorded: bool) -> None:
         """Refuse files that may not be written and options that do not fit, at once."""
         from covertool.gis.figure import FIGURE_FORMATS
-        from covertool.gis.formats import VECTOR_OUTPUTS
         from covertool.gis.guard import output_file
         from covertool.gis.records import RECORD_FORMATS
         from covertool.traffic import sumo_files
 
-        if self.output is not None and self.into is not None:
+        if self.target.output is not None and self.target.into is not None:
             raise typer.BadParameter("use -o or --into, not both", param_hint="--into")
         if self.edge_data is not None and recorded:
             raise typer.BadParameter("a recorded trace has no edgeData", param_hint="--edge-data")
+        self.target.require_free()
         for path, formats in (
-            (self.output, VECTOR_OUTPUTS),
             (self.table, RECORD_FORMATS),
             (self.traces, RECORD_FORMATS),
             (self.additional, sumo_files.ADDITIONAL_FORMATS),
@@ -60,20 +57,23 @@ class Files:
             if path is not None:
                 output_file(path, formats, overwrite=self.overwrite)
 
-    def write(
-        self, case: Case, experiment: Experiment, found: Simulation, *, named: bool, workers: int
-    ) -> None:
+    @property
+    def overwrite(self) -> bool:
+        """Whether existing files are replaced."""
+        return self.target.overwrite
+
+    def write(self, case: Case, experiment: Experiment, found: Simulation, *, workers: int) -> None:
         """Write all files that were asked for."""
-        self._write_layers(case, experiment, found)
+        if self.target.output is not None or self.target.into is not None:
+            self._write_layers(case, found)
         self._write_tables(experiment, found, workers)
         self._write_for_sumo(case, experiment, found)
-        self._write_figures(case, experiment, found, named, workers)
+        self._write_figures(case, experiment, found, workers)
 
-    def _write_layers(self, case: Case, experiment: Experiment, found: Simulation) -> None:
-        if self.output is None and self.into is None:
-            return
+    def _write_layers(self, case: Case, found: Simulation) -> None:
+        """Write the ways of the cars; a whole new study also holds what they drove among."""
         from covertool.gis.study import inherited_metadata
-        from covertool.gis.write import write_layers
+        from covertool.report.positioning_tables import tables
         from covertool.traffic.trajectories import trajectories
 
         files = list(case.files)
@@ -81,29 +81,26 @@ class Files:
         mobility = found.mobilities[0]
         lines = trajectories(mobility.trace, mobility.crs, found.met[0], found.report.cars)
         layers: dict[str, Any] = {"trajectories": lines}
-        if self.into is not None:
-            layers |= result_frames(found)
-            write_layers(self.into, layers, into=True, metadata=metadata)
-        elif self.output is not None:
-            if self.output.suffix.lower() == ".gpkg":
-                layers = {"anchors": found.anchors.to_frame(), **layers, **result_frames(found)}
-                if mobility.network is not None:
-                    layers["segments"] = mobility.network.to_frame()
-            write_layers(
-                self.output, layers, overwrite=self.overwrite, metadata=metadata, inputs=files
-            )
-        say(f"wrote {', '.join(layers)} to {self.into or self.output}")
+        findings = tables(found.report, found.densities())
+        if self.target.output is None:
+            layers |= findings
+        elif self.target.output.suffix.lower() == ".gpkg":
+            layers = {"anchors": found.anchors.to_frame(), **layers, **findings}
+            if mobility.network is not None:
+                layers["segments"] = mobility.network.to_frame()
+        inputs = files if self.target.into is None else []
+        self.target.write(layers, metadata, inputs=inputs)
 
     def _write_tables(self, experiment: Experiment, found: Simulation, workers: int) -> None:
         from covertool.gis.records import write_records
+        from covertool.report.positioning_tables import track_frame
 
         if self.table is not None:
             write_records(self.table, [found.to_frame()], overwrite=self.overwrite)
             say(f"wrote the results to {self.table}")
         if self.traces is not None:
             tracks = _follow(experiment, found, runs=self.trace_runs, workers=workers)
-            frames = (_track_frame(each) for each in tracks)
-            rows = write_records(self.traces, frames, overwrite=self.overwrite)
+            rows = write_records(self.traces, map(track_frame, tracks), overwrite=self.overwrite)
             say(f"wrote {rows:,} steps to {self.traces}")
 
     def _write_for_sumo(self, case: Case, experiment: Experiment, found: Simulation) -> None:
@@ -132,14 +129,14 @@ class Files:
             say(f"wrote SUMO's edgeData to {self.edge_data}")
 
     def _write_figures(
-        self, case: Case, experiment: Experiment, found: Simulation, named: bool, workers: int
+        self, case: Case, experiment: Experiment, found: Simulation, workers: int
     ) -> None:
         from covertool.gis.figure import write_figure
 
         if self.plot is not None:
             from covertool.report.positioning import error_over_time
 
-            cars = found.vehicles if named else found.vehicles[:1]
+            cars = found.vehicles if experiment.vehicles else found.vehicles[:1]
             tracks = _follow(experiment, found, runs=experiment.runs, cars=cars, workers=workers)
             write_figure(self.plot, error_over_time(tracks, cars), overwrite=self.overwrite)
             say(f"wrote {self.plot}")
@@ -158,27 +155,18 @@ class Files:
             say(f"wrote {self.plot_density}")
 
 
-DRIVEN_M = 10.0
-"""Where a study has no transit area, the coverage is drawn this far around the cars' places."""
-
-
 def _regions(case: Case, found: Simulation, radius_m: float) -> dict[int, Any]:
     """Return the regions of Levels 1 to 3 in the study's transit area, else where cars drove."""
-    import shapely
-
     from covertool.coverage.regions import level_regions
     from covertool.gis.read import read_transit
     from covertool.gis.study import layer_names
-    from covertool.model import TransitArea
+    from covertool.traffic.trajectories import driven_area
 
     mobility = found.mobilities[0]
     if case.study is not None and "transit" in layer_names(case.study):
         transit = read_transit(f"{case.study}:transit", dst_crs=mobility.crs)
     else:
-        places = shapely.points(mobility.trace.x_m, mobility.trace.y_m)
-        driven = shapely.union_all(shapely.buffer(places, DRIVEN_M, quad_segs=4))
-        area = shapely.MultiPolygon(list(shapely.get_parts(driven)))
-        transit = TransitArea(area, mobility.crs)
+        transit = driven_area(mobility.trace, mobility.crs)
     return dict(level_regions(found.anchors, transit, radius_m))
 
 
@@ -201,16 +189,6 @@ def _follow(
         found.scenarios[0], cases, runs=runs, seed=experiment.seed, options=experiment.options,
         vehicles=cars, workers=workers,
     )  # fmt: skip
-
-
-def _track_frame(tracks: PositionTracks) -> Any:
-    frame = tracks.to_frame()
-    frame["error_m"] = tracks.error_m
-    for place, name in enumerate(("arm", "estimator", "sigma_range_m", "radius_m")):
-        value = getattr(tracks, name)
-        missing = "" if name == "estimator" else float("nan")
-        frame.insert(place, name, missing if value is None else value)
-    return frame
 
 
 def _case_text(tracks: PositionTracks) -> str:

@@ -7,17 +7,12 @@ from typing import Annotated
 
 import typer
 
-Study = Annotated[
-    Path | None,
-    typer.Argument(metavar="STUDY.gpkg", help="A study; without one the sample study."),
-]
-
 # The traffic.
 Net = Annotated[
     Path | None, typer.Option("--net", metavar="FILE", help="SUMO net (.net.xml, .net.xml.gz).")
 ]
 Osm = Annotated[
-    Path | None, typer.Option("--osm", metavar="FILE", help="OSM extract; netconvert makes a net.")
+    Path | None, typer.Option("--osm", metavar="FILE", help="OpenStreetMap extract to drive on.")
 ]
 Fcd = Annotated[
     Path | None,
@@ -139,16 +134,9 @@ Vehicles = Annotated[
     ),
 ]
 NoBound = Annotated[bool, typer.Option("--no-bound", help="Leave out the bound (PCRB).")]
-Workers = Annotated[
-    int, typer.Option("--workers", metavar="N", min=1, help="Compute on N processes.")
-]
-Scheduler = Annotated[
-    str | None,
-    typer.Option("--scheduler", metavar="ADDRESS", help="Compute on a dask cluster, or 'local'."),
-]
 
 # What is written.
-Table = Annotated[
+ResultTable = Annotated[
     Path | None,
     typer.Option("--table", metavar="FILE", help="All results, one row each (.csv .parquet)."),
 ]

@@ -96,29 +96,3 @@ def _result(each: PositioningResult) -> dict[str, Any]:
 def _facts(facts: Mapping[str, Any]) -> dict[str, Any]:
     """Return what a run of SUMO reports, without what varies between identical runs."""
     return {name: value for name, value in facts.items() if name != "seconds"}
-
-
-def result_frames(found: Simulation) -> dict[str, Any]:
-    """Return the tables of a study: positioning, improvements, parked_met."""
-    import pandas as pd
-
-    report = found.report
-    better = [
-        {**asdict(each), "ci95": None, "ci95_low": low, "ci95_high": high}
-        for each in report.improvements
-        for low, high in [each.ci95 or (None, None)]
-    ]
-    met = [
-        {"vehicle": each.vehicle, "scenario": number, "met": cars, "path_km": way_km,
-         "met_per_km": density, "percent": percent}
-        for each in found.densities()
-        for number, (cars, way_km, density, percent) in enumerate(
-            zip(each.met, each.path_km, each.met_per_km, each.percent, strict=True)
-        )
-    ]  # fmt: skip
-    frames = {"positioning": report.to_frame()}
-    if better:
-        frames["improvements"] = pd.DataFrame(better).drop(columns="ci95")
-    if met:
-        frames["parked_met"] = pd.DataFrame(met)
-    return frames

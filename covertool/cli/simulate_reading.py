@@ -11,9 +11,6 @@ import typer
 if TYPE_CHECKING:
     from covertool.positioning import PositioningOptions
 
-CAMPUS_RESET_S, TOWN_RESET_S = 1.0, 10.0
-"""An isolated car takes its GPS fix every so many seconds (\"occasionally\", says the paper)."""
-
 _WORDS = {
     "velocity": ("previous", "current"),
     "sharing": ("gps", "prediction", "truth"),
@@ -34,12 +31,13 @@ def positioning_options(
         When a reading names nothing or its value does not fit.
     """
     from covertool.positioning import PositioningOptions
+    from covertool.traffic.simulation import GPS_RESET_S
 
     known = {field.name: field for field in dataclasses.fields(PositioningOptions)}
     chosen: dict[str, Any] = {
         "sigma_gps_m": sigma_gps_m,
         "gps_tau_s": gps_tau_s,
-        "gps_reset_s": CAMPUS_RESET_S if scenario == "campus" else TOWN_RESET_S,
+        "gps_reset_s": GPS_RESET_S.get(scenario, GPS_RESET_S["town"]),
     }
     for text in readings or []:
         name, equals, value = text.partition("=")

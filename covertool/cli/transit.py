@@ -9,7 +9,8 @@ import typer
 
 from covertool.cli import options
 from covertool.cli.app import app
-from covertool.cli.console import print_json, say
+from covertool.cli.console import print_json
+from covertool.cli.target import Target
 from covertool.cli.whence import whence
 
 if TYPE_CHECKING:
@@ -56,30 +57,20 @@ def transit(
     Roads are as wide as their width tag, else lanes times the lane width of their class, else two
     lanes. Tunnels, footways, private roads, driveways and parking aisles are left out.
     """
-    from covertool.gis.write import write_layers
-
-    if output is None and into is None:
-        raise typer.BadParameter("name a file to write", param_hint="-o / --into")
+    target = Target(output, into, overwrite)
+    target.require(as_json)
     if is_osm(file):
         area = osm_transit(file, tunnels=tunnels, private=private, yards=yards)
     else:
         area = mask_transit(file, None, gsd=gsd, crs=crs, origin=parsed_origin(origin))
-    origin_of = whence([file])
-    layers = {"transit": area.to_frame()}
-    if output is not None:
-        metadata = origin_of.to_metadata()
-        write_layers(output, layers, overwrite=overwrite, metadata=metadata, inputs=[file])
-    if into is not None:
-        write_layers(into, layers, into=True, metadata=origin_of.to_metadata(), inputs=[file])
+    made_from = whence([file])
+    target.write({"transit": area.to_frame()}, made_from.to_metadata(), inputs=[file])
     polygons = len(area.polygons.geoms)
     if as_json:
         content = {"transit_area_m2": area.area_m2, "polygons": polygons}
-        print_json("transit", {**content, "provenance": origin_of.to_json()})
-        return
-    typer.echo(f"transit area: {area.area_m2:.0f} m2 in {polygons} polygons")
-    for path in (output, into):
-        if path is not None:
-            say(f"wrote layer transit to {path}")
+        print_json("transit", {**content, "provenance": made_from.to_json()})
+    else:
+        typer.echo(f"transit area: {area.area_m2:.0f} m2 in {polygons} polygons")
 
 
 def is_osm(file: Path) -> bool:

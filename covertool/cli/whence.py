@@ -12,6 +12,14 @@ from covertool.cli.app import invocation
 if TYPE_CHECKING:
     from covertool.gis.provenance import Provenance
 
+_OUTPUTS = (
+    "output", "into", "overwrite", "as_json", "preview", "plot", "plot_density", "heat",
+    "result_table", "traces", "trace_runs", "additional", "fcd_out", "edge_data",
+)  # fmt: skip
+_MEANS = ("workers", "scheduler", "resume", "timeout")
+_NO_PART = frozenset((*_OUTPUTS, *_MEANS))
+"""Options that say where a result goes or who computes it, and have no part in what it is."""
+
 _USER_INFO = re.compile(r"(?<=://)[^/@\s]+@")
 _SECRET = re.compile(r"((?:token|key|password|passwd|secret|signature)=)[^&\s]+", re.IGNORECASE)
 
@@ -19,8 +27,8 @@ _SECRET = re.compile(r"((?:token|key|password|passwd|secret|signature)=)[^&\s]+"
 def whence(files: Iterable[str | Path]) -> Provenance:
     """Return the provenance of what the running verb makes from some files.
 
-    The command is the one given to :func:`covertool.cli.main.main`; options are told with their
-    values, defaults too; options named after a seed are the seeds.
+    The command is the one given to :func:`covertool.cli.main.main`; options that shape the result
+    are told with their values, defaults too; options named after a seed are the seeds.
     """
     from covertool.gis.provenance import provenance
 
@@ -28,7 +36,7 @@ def whence(files: Iterable[str | Path]) -> Provenance:
     told = {
         name: value
         for name, value in sorted(running.options.items())
-        if value is not None and value is not False and value not in ((), [])
+        if name not in _NO_PART and not _is_left_out(value)
     }
     seeds = {name: value for name, value in told.items() if name.endswith("seed")}
     return provenance(
@@ -38,6 +46,11 @@ def whence(files: Iterable[str | Path]) -> Provenance:
         options={name: _text(value) for name, value in told.items() if name not in seeds},
         seeds=seeds,
     )
+
+
+def _is_left_out(value: Any) -> bool:
+    """Return whether an option was neither given nor has a default."""
+    return value is None or value is False or value in ((), [])
 
 
 def without_secrets(words: Sequence[str]) -> list[str]:
