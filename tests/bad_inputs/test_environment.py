@@ -3,24 +3,16 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 import rasterio
 
 from covertool.gis.sample import sample_folder
+from tests.running import run
 
 OLD_DATABASE = Path(rasterio.__file__).parent / "proj_data"
-
-
-def run(*words: object, **variables: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "covertool", *map(str, words)], capture_output=True, text=True,
-        check=False, env={**os.environ, **variables}, timeout=300,
-    )  # fmt: skip
 
 
 @pytest.fixture(scope="module")

@@ -3,12 +3,9 @@
 import subprocess
 import sys
 
+from tests.running import run
+
 HEAVY = {"geopandas", "rasterio", "cv2", "numba", "pandas", "scipy", "shapely", "pyproj", "dask"}
-
-
-def run(*arguments: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "covertool", *arguments]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
 def test_help_imports_none_of_the_heavy_libraries():

@@ -14,23 +14,14 @@ import pytest
 import shapely
 from pyproj import Proj
 
+from tests.running import answer, run
+
 EAST, NORTH, CRS = 693_000.0, 737_000.0, "EPSG:2157"
 R = 15.0
 DISC = math.pi * R**2
 LENS = 2 * R**2 * math.acos(0.5) - R / 2 * math.sqrt(4 * R**2 - R**2)
 REULEAUX = R**2 / 2 * (math.pi - math.sqrt(3))
 SIDE = 100.0
-
-
-def run(*arguments: object) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "covertool", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
-
-
-def ask(*arguments: object) -> dict:
-    done = run("coverage", *arguments, "--json")
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
 
 
 def write_study(path: Path, points, box=(-50.0, -50.0, 50.0, 50.0), **columns) -> Path:
@@ -62,7 +53,7 @@ CASES = {
 @pytest.mark.parametrize("case", CASES)
 def test_the_levels_of_a_known_figure(tmp_path, case):
     points, expected = CASES[case]
-    found = ask(write_study(tmp_path / "town.gpkg", points), "--radius", R)
+    found = answer("coverage", write_study(tmp_path / "town.gpkg", points), "--radius", R)
     (result,) = found["results"]
     assert areas(result) == pytest.approx([SIDE**2 - sum(expected), *expected], abs=1e-6)
     assert sum(level["fraction"] for level in result["levels"].values()) == pytest.approx(1)
@@ -96,7 +87,7 @@ def test_without_a_radius_each_anchors_own_counts_and_origins_are_told_apart(mix
 
 
 def test_several_radii_and_classes_are_answered_in_one_call_in_their_order(mixed):
-    found = ask(mixed, "--radius", "5", "--radius", "own", "--device-class", "A")
+    found = answer("coverage", mixed, "--radius", "5", "--radius", "own", "--device-class", "A")
     together = [result for result in found["results"] if result["origin"] is None]
     assert [(r["radius_m"], r["device_class"]) for r in together] == [
         (5.0, None),
@@ -119,7 +110,9 @@ def test_the_table_has_a_row_for_each_level_and_nothing_else_is_on_stdout(mixed)
 
 
 def test_two_runs_differ_only_in_provenance_and_seconds(mixed):
-    first, second = (ask(mixed, "--radius", "10", "--penetration", "0.5") for _ in range(2))
+    first, second = (
+        answer("coverage", mixed, "--radius", "10", "--penetration", "0.5") for _ in range(2)
+    )
     for found in (first, second):
         del found["provenance"], found["seconds"]
     assert first == second
@@ -138,8 +131,8 @@ def test_a_study_is_only_read_and_a_new_one_is_whole(mixed, tmp_path):
     assert list(first["level"]) == [1, 1]
     assert first.area.iloc[0] == pytest.approx(3 * math.pi * 100, abs=0.01 * 60 * math.pi)
     assert np.allclose(first.area, first["area_m2"])
-    again = ask(out, "--radius", "10")
-    assert again["results"] == ask(mixed, "--radius", "10")["results"]
+    again = answer("coverage", out, "--radius", "10")
+    assert again["results"] == answer("coverage", mixed, "--radius", "10")["results"]
 
     refused = run("coverage", mixed, "--radius", "10", "-o", out)
     assert refused.returncode == 1
@@ -174,7 +167,7 @@ def test_files_of_two_crss_are_brought_together(tmp_path):
     lonlat = tmp_path / "cars.csv"
     place = anchors.geometry.iloc[0]
     lonlat.write_text(f"id,lon,lat\na,{place.x:.10f},{place.y:.10f}\n")
-    found = ask("--anchors", lonlat, "--transit", f"{study}:transit", "--radius", R)
+    found = answer("coverage", "--anchors", lonlat, "--transit", f"{study}:transit", "--radius", R)
     assert areas(found["results"][0])[1] == pytest.approx(DISC, rel=1e-9)
 
 

@@ -1,9 +1,6 @@
 """The other questions of `covertool coverage`: curves, shares, zones, pixels, tiles."""
 
-import json
 import math
-import subprocess
-import sys
 
 import geopandas as gpd
 import numpy as np
@@ -12,19 +9,9 @@ import rasterio
 import shapely
 
 from covertool.gis.study import read_tables
+from tests.running import answer, run
 
 EAST, NORTH, CRS = 693_000.0, 737_000.0, "EPSG:2157"
-
-
-def run(*arguments: object) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "covertool", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
-
-
-def ask(*arguments: object) -> dict:
-    done = run("coverage", *arguments, "--json")
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +48,9 @@ def fractions(result: dict) -> list[float]:
 
 
 def test_districts_that_part_the_town_add_up_to_it(town):
-    found = ask(town / "town.gpkg", "--radius", "15", "--by", f"{town / 'districts.gpkg'}:ward")
+    found = answer(
+        "coverage", town / "town.gpkg", "--radius", "15", "--by", f"{town / 'districts.gpkg'}:ward"
+    )
     assert [zone["zone"] for zone in found["zones"]] == ["1", "2"]
     summed = sum(zone["transit_area_m2"] * np.array(zone["fractions"]) for zone in found["zones"])
     whole = np.array(fractions(found["results"][0])) * found["transit_area_m2"]
@@ -69,7 +58,7 @@ def test_districts_that_part_the_town_add_up_to_it(town):
 
 
 def test_a_column_of_the_transit_layer_makes_zones(town):
-    found = ask(town / "town.gpkg", "--radius", "15", "--by", "highway")
+    found = answer("coverage", town / "town.gpkg", "--radius", "15", "--by", "highway")
     sizes = {zone["zone"]: zone["transit_area_m2"] for zone in found["zones"]}
     assert sizes == pytest.approx({"primary": 10_000.0, "residential": 9_900.0})
 
@@ -85,14 +74,18 @@ def test_an_area_of_interest_cuts_the_transit_area_and_not_the_anchors(town, tmp
         geometry=[shapely.box(EAST, NORTH, EAST + 400, NORTH + 1000)], crs=CRS
     ).to_crs(4326)
     aoi.to_file(tmp_path / "aoi.geojson")
-    found = ask(town / "town.gpkg", "--radius", "15", "--aoi", tmp_path / "aoi.geojson")
+    found = answer(
+        "coverage", town / "town.gpkg", "--radius", "15", "--aoi", tmp_path / "aoi.geojson"
+    )
     assert found["transit_area_m2"] == pytest.approx(4000, rel=1e-4)
     assert found["anchors"] == 300
 
 
 def test_penetration_runs_from_nothing_to_all(town, tmp_path):
     plot = tmp_path / "shares.svg"
-    found = ask(town / "town.gpkg", "--radius", "15", "--penetration", "0,0.5,1", "--plot", plot)
+    found = answer(
+        "coverage", town / "town.gpkg", "--radius", "15", "--penetration", "0,0.5,1", "--plot", plot
+    )
     none, half, whole = found["penetration"]
     assert none["expected"] == pytest.approx([1, 0, 0, 0])
     assert whole["expected"] == pytest.approx(fractions(found["results"][0]), abs=2e-4)
@@ -114,7 +107,16 @@ def test_a_share_above_one_is_refused(town):
 
 
 def test_the_level_raster_counts_what_the_exact_table_says(town, tmp_path):
-    found = ask(town / "town.gpkg", "--radius", "15", "--raster", "0.5", "-o", tmp_path / "l.tif")
+    found = answer(
+        "coverage",
+        town / "town.gpkg",
+        "--radius",
+        "15",
+        "--raster",
+        "0.5",
+        "-o",
+        tmp_path / "l.tif",
+    )
     with rasterio.open(tmp_path / "l.tif") as dataset:
         levels = dataset.read(1)
         assert dataset.res == (0.5, 0.5)
@@ -126,7 +128,9 @@ def test_the_level_raster_counts_what_the_exact_table_says(town, tmp_path):
 
 def test_the_curve_is_exact_at_its_nodes_and_its_slopes_fit(town, tmp_path):
     plot = tmp_path / "curve.png"
-    found = ask(town / "town.gpkg", "--radius", "15", "--curve", "14.99:15.01:3", "--plot", plot)
+    found = answer(
+        "coverage", town / "town.gpkg", "--radius", "15", "--curve", "14.99:15.01:3", "--plot", plot
+    )
     before, node, after = found["curve"]
     assert node["fractions"] == pytest.approx(fractions(found["results"][0]), abs=1e-12)
     slope = (np.array(after["fractions"]) - before["fractions"]) / 0.02
@@ -158,8 +162,8 @@ def test_tiles_give_the_fractions_of_one_process(town, parquet, how):
     if "--scheduler" in how:
         pytest.importorskip("distributed")
     radii = ["--radius", "15", "--device-class", "B"]
-    whole = ask(town / "town.gpkg", *radii)
-    tiled = ask(*parquet, *radii, *how)
+    whole = answer("coverage", town / "town.gpkg", *radii)
+    tiled = answer("coverage", *parquet, *radii, *how)
     assert tiled["transit_area_m2"] == pytest.approx(whole["transit_area_m2"], rel=1e-12)
     assert len(tiled["results"]) == len(whole["results"]) == 6
     for one, other in zip(whole["results"], tiled["results"], strict=True):
@@ -177,9 +181,9 @@ def everything(town, tmp_path_factory):
         "--penetration", "0.1,0.5", "--by", f"{town / 'districts.gpkg'}:districts",
         "--aoi", f"{town / 'districts.gpkg'}:districts",
     ]  # fmt: skip
-    whole = ask(*asked, "-o", folder / "whole.gpkg")
+    whole = answer("coverage", *asked, "-o", folder / "whole.gpkg")
     how = ["--tile", "230", "--workers", "2", "-o", folder / "tiled.gpkg"]
-    return whole, ask(*asked, *how), folder
+    return whole, answer("coverage", *asked, *how), folder
 
 
 def test_tiles_find_zones_curves_and_levels_as_one_process_does(everything):
@@ -247,9 +251,11 @@ def test_an_area_of_interest_elsewhere_is_told_by_tiles_too(town, tmp_path):
 
 def test_a_resumed_run_leaves_no_ledger_and_the_same_numbers(town, tmp_path):
     study, ledger = town / "town.gpkg", tmp_path / "ledger"
-    first = ask(study, "--radius", "15", "--tile", "400", "--resume", ledger)
+    first = answer("coverage", study, "--radius", "15", "--tile", "400", "--resume", ledger)
     assert not ledger.exists()
-    assert first["results"] == ask(study, "--radius", "15", "--tile", "400")["results"]
+    assert (
+        first["results"] == answer("coverage", study, "--radius", "15", "--tile", "400")["results"]
+    )
 
 
 def test_convert_refuses_another_format(town, tmp_path):
@@ -264,6 +270,6 @@ def test_one_car_on_a_wide_square_covers_pi_r_squared_in_tiles(tmp_path):
     square = gpd.GeoDataFrame(geometry=[shapely.box(EAST, NORTH, EAST + 200, NORTH + 200)], crs=CRS)
     car.to_file(study, layer="anchors")
     square.to_file(study, layer="transit")
-    found = ask(study, "--radius", "50", "--tile", "60")
+    found = answer("coverage", study, "--radius", "50", "--tile", "60")
     area = found["results"][0]["levels"]["1"]["area_m2"]
     assert area == pytest.approx(math.pi * 50**2, rel=1e-12)

@@ -3,8 +3,6 @@
 import hashlib
 import json
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import cv2
@@ -22,14 +20,10 @@ from covertool.cli.main import main
 from covertool.gis.study import layer_names, read_tables, table_names
 from covertool.gis.write import write_layers
 from covertool.model import Anchors, TransitArea
+from tests.running import run
 
 MIDDLE = "693900,737350,694300,737650"
 COLOURS = {"blue": (79, 129, 189), "yellow": (255, 217, 47), "orange": (253, 141, 60)}
-
-
-def run(*arguments: object) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "covertool", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
 @pytest.fixture(scope="module")

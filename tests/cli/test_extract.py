@@ -1,8 +1,6 @@
 """The verbs that make a study, as a user runs them, on rasters drawn here and on real files."""
 
 import json
-import subprocess
-import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -16,20 +14,10 @@ from rasterio.transform import Affine
 from covertool.cli.extract_files import job_ledger
 from covertool.gis.read import read_study
 from covertool.gis.sample import sample_folder
+from tests.running import ok, run
 
 DATA = Path(__file__).parents[2] / "../shared/data"
 real = pytest.mark.skipif(not DATA.is_dir(), reason="the shared real data is not here")
-
-
-def run(*arguments: object) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "covertool", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
-
-
-def ok(*arguments: object) -> str:
-    done = run(*arguments)
-    assert done.returncode == 0, done.stderr
-    return done.stdout
 
 
 def picture(path: Path, *, size=(300, 200), driver="PNG", **more) -> Path:

@@ -1,8 +1,5 @@
 """`covertool report`: one HTML file, written whole, the same bytes for the same study."""
 
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import geopandas as gpd
@@ -10,12 +7,7 @@ import pytest
 import shapely
 
 from covertool.gis.write import write_layers
-
-
-def run(*arguments: object, **environment: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "covertool", *map(str, arguments)]
-    variables = {**os.environ, **environment}
-    return subprocess.run(command, capture_output=True, text=True, check=False, env=variables)
+from tests.running import run
 
 
 @pytest.fixture(scope="module")

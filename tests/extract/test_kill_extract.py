@@ -1,10 +1,7 @@
 """A long `covertool extract` is killed; taken up again it gives what an unbroken one does."""
 
-import json
 import os
 import signal
-import subprocess
-import sys
 import time
 from pathlib import Path
 
@@ -16,6 +13,7 @@ from rasterio.transform import Affine
 
 from covertool.extract.windows import CORE_PX
 from covertool.gis.sample import sample_folder
+from tests.running import finished, start
 
 WINDOWS = 3
 
@@ -35,28 +33,13 @@ def long_image(tmp_path: Path) -> Path:
     return path
 
 
-def start(*arguments: object) -> subprocess.Popen[str]:
-    return subprocess.Popen(
-        [sys.executable, "-m", "covertool", "extract", *map(str, arguments), "--json"],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
-
-
-def finished(process: subprocess.Popen[str]) -> int:
-    out, err = process.communicate(timeout=300)
-    assert process.returncode == 0, err
-    return int(json.loads(out)["vehicles"])
-
-
 @pytest.mark.slow
 def test_a_killed_run_goes_on_where_it_was_and_gives_the_same(
     long_image: Path, tmp_path: Path
 ) -> None:
     ledger = tmp_path / "windows"
-    broken = start(long_image, "-o", tmp_path / "resumed.gpkg", "--resume", ledger)
+    words = ("extract", long_image, "--json")
+    broken = start(*words, "-o", tmp_path / "resumed.gpkg", "--resume", ledger)
     until = time.monotonic() + 300
     while not list(ledger.glob("*.piece")) and time.monotonic() < until:
         time.sleep(0.02)
@@ -66,11 +49,12 @@ def test_a_killed_run_goes_on_where_it_was_and_gives_the_same(
     assert 1 <= len(kept) < WINDOWS
     assert not (tmp_path / "resumed.gpkg").exists()
     resumed = finished(
-        start(long_image, "-o", tmp_path / "resumed.gpkg", "--resume", ledger, "--workers", 2)
+        start(*words, "-o", tmp_path / "resumed.gpkg", "--resume", ledger, "--workers", 2)
     )
     assert len(list(ledger.glob("*.piece"))) == WINDOWS
     assert {path: path.stat().st_mtime_ns for path in kept} == kept
-    assert resumed == finished(start(long_image, "-o", tmp_path / "unbroken.gpkg"))
+    unbroken = finished(start(*words, "-o", tmp_path / "unbroken.gpkg"))
+    assert resumed["vehicles"] == unbroken["vehicles"]
     frames = [
         gpd.read_file(tmp_path / f"{name}.gpkg", layer="vehicles")
         for name in ("resumed", "unbroken")

@@ -4,7 +4,6 @@ import json
 import os
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 
 import cv2
@@ -16,6 +15,7 @@ from covertool import crs as crs_door
 from covertool.gis.write import write_layers
 from covertool.model import Anchors, TransitArea
 from covertool.report.export import export
+from tests.running import ok
 
 SCRIPT = Path(__file__).with_name("qgis_render.py")
 PYTHON = "/usr/bin/python3"  # Debian's, which has QGIS beside it
@@ -36,12 +36,6 @@ def qgis() -> None:
     found = subprocess.run([PYTHON, "-c", "import qgis.core"], capture_output=True, check=False)
     if found.returncode != 0:
         pytest.skip("QGIS has no Python here (Debian: apt-get install python3-qgis)")
-
-
-def covertool(*arguments: object) -> None:
-    command = [sys.executable, "-m", "covertool", *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
 
 
 def rendered(study: Path, picture: Path, bounds: str) -> tuple[dict[str, dict], np.ndarray]:
@@ -67,7 +61,7 @@ def share(picture: np.ndarray, colour: tuple[int, int, int]) -> float:
 @pytest.fixture(scope="module")
 def town(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, dict], np.ndarray]:
     folder = tmp_path_factory.mktemp("qgis")
-    covertool("coverage", "--radius", "15", "--radius", "100", "-o", folder / "x.gpkg")
+    ok("coverage", "--radius", "15", "--radius", "100", "-o", folder / "x.gpkg")
     return rendered(folder / "x.gpkg", folder / "map.png", MIDDLE)
 
 

@@ -1,10 +1,8 @@
 """Workers of `covertool coverage` and whole runs are killed; the numbers are as undisturbed."""
 
-import json
 import os
 import signal
 import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -17,6 +15,7 @@ from pyproj import CRS
 from covertool.gis.parquet import write_anchors
 from covertool.gis.sources import write_transit
 from covertool.model import Anchors, TransitArea
+from tests.running import finished, start
 
 pytestmark = [
     pytest.mark.slow,
@@ -45,24 +44,12 @@ def town(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
 
 @pytest.fixture(scope="module")
 def undisturbed(town: list[str]) -> dict:
-    return finished(start(town))
+    return found_by(start("coverage", *town))
 
 
-def start(arguments: list[str]) -> subprocess.Popen[str]:
-    return subprocess.Popen(
-        [sys.executable, "-m", "covertool", "coverage", *arguments],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
-
-
-def finished(process: subprocess.Popen[str]) -> dict:
+def found_by(process: subprocess.Popen[str]) -> dict:
     """Return what a run found, without what differs between runs."""
-    out, error = process.communicate(timeout=300)
-    assert process.returncode == 0, error
-    found: dict = json.loads(out)
+    found = finished(process)
     return {key: found[key] for key in ("transit_area_m2", "anchors", "results", "curve")}
 
 
@@ -99,12 +86,12 @@ def test_the_tile_of_a_killed_worker_is_done_again(
     if how:
         pytest.importorskip("distributed")
     ledger = tmp_path / "ledger"
-    process = start([*town, "--workers", "2", "--resume", str(ledger), *how])
+    process = start("coverage", *town, "--workers", "2", "--resume", ledger, *how)
     wait_for(lambda: len(pieces(ledger)) >= 2, process)
     victim = next(workers(process.pid))
     os.kill(victim, signal.SIGKILL)
     assert len(pieces(ledger)) < TILES
-    assert finished(process) == undisturbed
+    assert found_by(process) == undisturbed
     assert not ledger.exists()
 
 
@@ -112,14 +99,14 @@ def test_a_killed_run_resumes_and_keeps_the_tiles_that_were_finished(
     town: list[str], undisturbed: dict, tmp_path: Path
 ) -> None:
     ledger = tmp_path / "ledger"
-    first = start([*town, "--resume", str(ledger)])
+    first = start("coverage", *town, "--resume", ledger)
     wait_for(lambda: len(pieces(ledger)) >= 3, first)
     os.kill(first.pid, signal.SIGKILL)
     first.communicate(timeout=60)
     kept = {path: path.stat().st_mtime_ns for path in pieces(ledger)}
     assert 3 <= len(kept) < TILES
 
-    second = start([*town, "--resume", str(ledger)])
+    second = start("coverage", *town, "--resume", ledger)
     wait_for(lambda: len(pieces(ledger)) > len(kept), second)
     os.kill(second.pid, signal.SIGSTOP)
     try:
@@ -127,5 +114,5 @@ def test_a_killed_run_resumes_and_keeps_the_tiles_that_were_finished(
     finally:
         os.kill(second.pid, signal.SIGCONT)
     assert untouched == kept
-    assert finished(second) == undisturbed
+    assert found_by(second) == undisturbed
     assert not ledger.exists()
