@@ -6,10 +6,14 @@ import math
 
 import numpy as np
 
+from covertool.model import Floats
 from covertool.positioning.kernel import kernel
 
 Spread = tuple[float, float, float]
 """A covariance: xx, xy, yy."""
+
+Moments = tuple[float, float, float, float, float, float]
+"""A weight, a mean and a covariance: weight, x, y, xx, xy, yy."""
 
 _CURVED = 0.25**2
 """Square of spread across over distance beyond which the circle is summed around."""
@@ -18,6 +22,8 @@ _SHARP = 3.0**2
 _SURPRISE = 3.0**2
 """A range beyond three standard deviations says that a car has settled on the wrong side of a
 neighbour: it then doubts itself until the range lies at three."""
+_DEEP = 4.0
+"""How much lower a valley around a circle is than what it parts, where those are two places."""
 _RAYS = 128
 _SECTOR = (2.0 * np.pi / _RAYS) ** 2 / 12.0
 _ANGLE = np.arange(_RAYS) * (2.0 * np.pi / _RAYS)
@@ -63,37 +69,45 @@ def _expanded(
 
 
 @kernel
-def _around(
+def _rays(
     dx: float, dy: float, xx: float, xy: float, yy: float, measured_m: float, r: float
-) -> tuple[float, float, float, float, float]:
-    """Return mean and covariance of a difference after a range, summed around its circle.
+) -> Floats:
+    """Return (3, rays): weight, mean distance and mean square of it on each ray from a neighbour.
 
-    On each ray from the neighbour the prior is a normal of the distance; times the range's normal
-    it is one again, with a known weight. The sum over rays sees both sides of a neighbour, so that
-    a car that may be on either does not settle on the wrong one.
+    On a ray the prior is a normal of the distance; times the range's normal it is one again, with
+    a known weight.
     """
     determinant = xx * yy - xy * xy
     ixx, ixy, iyy = yy / determinant, -xy / determinant, xx / determinant
     hx, hy = ixx * dx + ixy * dy, ixy * dx + iyy * dy
     whole = hx * dx + hy * dy
-    most, total = -1e300, 0.0
-    mx = my = mxx = mxy = myy = 0.0
+    out = np.zeros((3, _RAYS))
+    level, most = np.empty(_RAYS), -1e300
     for k in range(_RAYS):
         cosine, sine = _RAY[k, 0], _RAY[k, 1]
         q = ixx * cosine * cosine + 2.0 * ixy * cosine * sine + iyy * sine * sine
         prior = (hx * cosine + hy * sine) / q
         miss = measured_m - prior
-        level = 0.5 * (q * prior * prior - whole - miss * miss / (r + 1.0 / q))
+        level[k] = 0.5 * (q * prior * prior - whole - miss * miss / (r + 1.0 / q))
         distance = (prior * q + measured_m / r) / (q + 1.0 / r)
-        if distance <= 0.0:
-            continue
-        if level > most:
-            fade = math.exp(most - level)
-            total, mx, my = total * fade, mx * fade, my * fade
-            mxx, mxy, myy = mxx * fade, mxy * fade, myy * fade
-            most = level
-        weight = math.exp(level - most) * distance / math.sqrt(1.0 + q * r)
-        square = distance * distance + 1.0 / (q + 1.0 / r)
+        if distance > 0.0:
+            out[0, k] = distance / math.sqrt(1.0 + q * r)
+            out[1, k], out[2, k] = distance, distance * distance + 1.0 / (q + 1.0 / r)
+            most = max(most, level[k])
+    for k in range(_RAYS):
+        if out[0, k] > 0.0:
+            out[0, k] *= math.exp(level[k] - most)
+    return out
+
+
+@kernel
+def _sum(rays: Floats, first: int, size: int) -> Moments:
+    """Return weight, mean and covariance of what lies on ``size`` rays from the first one on."""
+    total = mx = my = mxx = mxy = myy = 0.0
+    for step in range(first, first + size):
+        k = step % _RAYS
+        cosine, sine = _RAY[k, 0], _RAY[k, 1]
+        weight, distance, square = rays[0, k], rays[1, k], rays[2, k]
         total += weight
         mx += weight * distance * cosine
         my += weight * distance * sine
@@ -102,9 +116,78 @@ def _around(
         mxy += weight * (square - across) * cosine * sine
         myy += weight * (square * sine * sine + across * cosine * cosine)
     if total == 0.0:
-        return _expanded(dx, dy, xx, xy, yy, measured_m, r)
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     mx, my = mx / total, my / total
-    return mx, my, mxx / total - mx * mx, mxy / total - mx * my, myy / total - my * my
+    return total, mx, my, mxx / total - mx * mx, mxy / total - mx * my, myy / total - my * my
+
+
+@kernel
+def _valley(weight: Floats, top: int, way: int) -> int:
+    """Return how many rays from a top, one way or the other, the weights fall."""
+    steps = 0
+    while steps < _RAYS - 1:
+        here, there = (top + way * steps) % _RAYS, (top + way * (steps + 1)) % _RAYS
+        if weight[there] > weight[here]:
+            break
+        steps += 1
+    return steps
+
+
+@kernel
+def two_sides(
+    dx: float, dy: float, xx: float, xy: float, yy: float, measured_m: float, r: float
+) -> tuple[Moments, Moments]:
+    """Return the two places on a circle where a car may be, the likelier one first.
+
+    Each is its share, mean and covariance. With no second place its share is 0: there is none
+    where the weights around the circle have a single top, or no deep valley between two.
+    """
+    nothing = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    if not _bent(dx, dy, xx, xy, yy, measured_m, r):
+        return nothing, nothing
+    rays = _rays(dx, dy, xx, xy, yy, measured_m, r)
+    weight = rays[0]
+    top = int(np.argmax(weight))
+    left, right = _valley(weight, top, -1), _valley(weight, top, 1)
+    size = left + right + 1
+    one = _sum(rays, top - left + _RAYS, size)
+    other = _sum(rays, top + right + 1, max(_RAYS - size, 0))
+    second = 0.0
+    for step in range(top + right + 1, top - left + _RAYS):
+        second = max(second, weight[step % _RAYS])
+    ground = max(weight[(top - left) % _RAYS], weight[(top + right) % _RAYS])
+    if other[0] <= 0.0 or second < _DEEP * ground:
+        return nothing, nothing
+    if other[0] > one[0]:
+        one, other = other, one
+    share = other[0] / (one[0] + other[0])
+    return (1.0 - share, *one[1:]), (share, *other[1:])
+
+
+@kernel
+def _around(
+    dx: float, dy: float, xx: float, xy: float, yy: float, measured_m: float, r: float
+) -> tuple[float, float, float, float, float]:
+    """Return mean and covariance of a difference after a range, summed around its circle.
+
+    The sum over rays sees both sides of a neighbour, so that a car that may be on either does not
+    settle on the wrong one.
+    """
+    found = _sum(_rays(dx, dy, xx, xy, yy, measured_m, r), 0, _RAYS)
+    if found[0] == 0.0:
+        return _expanded(dx, dy, xx, xy, yy, measured_m, r)
+    return found[1], found[2], found[3], found[4], found[5]
+
+
+@kernel
+def _bent(
+    dx: float, dy: float, xx: float, xy: float, yy: float, measured_m: float, r: float
+) -> bool:
+    """Return whether the circle is far from straight over the spread across the line of sight."""
+    d2 = dx * dx + dy * dy
+    across = (dy * dy * xx - 2.0 * dx * dy * xy + dx * dx * yy) / max(d2, 1e-18)
+    sharp = measured_m > 0.0 and measured_m * measured_m > _SHARP * r
+    return sharp and across > _CURVED * max(d2, 1e-18) and xx * yy - xy * xy > 1e-12
 
 
 @kernel
@@ -116,10 +199,7 @@ def moments(
     The expansion serves where the circle is nearly straight over the spread across the line of
     sight, or blurred by its own noise; else the sum around the circle.
     """
-    d2 = dx * dx + dy * dy
-    across = (dy * dy * xx - 2.0 * dx * dy * xy + dx * dx * yy) / max(d2, 1e-18)
-    sharp = measured_m > 0.0 and measured_m * measured_m > _SHARP * r
-    if sharp and across > _CURVED * max(d2, 1e-18) and xx * yy - xy * xy > 1e-12:
+    if _bent(dx, dy, xx, xy, yy, measured_m, r):
         return _around(dx, dy, xx, xy, yy, measured_m, r)
     return _expanded(dx, dy, xx, xy, yy, measured_m, r)
 

@@ -11,6 +11,7 @@ from covertool.positioning.circle import Spread, excess, moments, shrink
 from covertool.positioning.correlations import LANES, Links, look_on, pair_of
 from covertool.positioning.ekf import LEAST_VARIANCE_M2
 from covertool.positioning.kernel import kernel
+from covertool.positioning.mirror import Side, doubt_m2
 from covertool.positioning.noise import ANCHOR_BIT, Indices
 
 Square = tuple[float, float, float, float]
@@ -98,9 +99,20 @@ def _correct(
 
 
 @kernel
+def _doubt_m2(x_i: Floats, x_j: Floats, other_i: Side, other_j: Side) -> float:
+    """Return what a range is in doubt by because either car may be on another side."""
+    if other_i[0] == 0.0 and other_j[0] == 0.0:
+        return 0.0
+    dx, dy = x_i[0] - x_j[0], x_i[1] - x_j[1]
+    d = max(math.sqrt(dx * dx + dy * dy), 1e-9)
+    return doubt_m2(other_i, x_i, dx / d, dy / d) + doubt_m2(other_j, x_j, dx / d, dy / d)
+
+
+@kernel
 def fuse_pairs(
     x: Floats,
     p: Floats,
+    other: Floats,
     block: Floats,
     linked: Links,
     seat: Indices,
@@ -110,7 +122,8 @@ def fuse_pairs(
 ) -> None:
     """Fuse the ranges between cars, one pair after the other, in the runs of one group.
 
-    Two cars that both measure their distance know its mean, weighted by their information.
+    Two cars that both measure their distance know its mean, weighted by their information. Where
+    one of them may be on another side, the range is blurred by that.
     """
     root, gain = np.ones(LANES), np.zeros((2, 4 * LANES))
     for k in range(len(pairs)):
@@ -123,6 +136,7 @@ def fuse_pairs(
                 r_back = max(variance[run, j, back], LEAST_VARIANCE_M2)
                 measured_m = (measured_m * r_back + ranges[run, j, back] * r) / (r + r_back)
                 r = r * r_back / (r + r_back)
+            r += _doubt_m2(x[run, i], x[run, j], other[run, seat[i]], other[run, seat[j]])
             common = (c[run], c[xy * LANES + run], c[yx * LANES + run], c[3 * LANES + run])
             common, g, h, root[run] = _fuse_pair(
                 x[run, i], x[run, j], p[run, i], p[run, j], common, measured_m, r

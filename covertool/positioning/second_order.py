@@ -15,12 +15,22 @@ import numpy as np
 
 from covertool.errors import OptionError
 from covertool.model import Floats
-from covertool.positioning.circle import Spread, excess, moments, shrink
+from covertool.positioning.circle import Spread, excess, moments, shrink, two_sides
 from covertool.positioning.correlations import LANES, Correlations, Links, pass_on
 from covertool.positioning.ekf import LEAST_VARIANCE_M2
 from covertool.positioning.estimators import Measurements, State, isotropic
+from covertool.positioning.inverse import Mask
 from covertool.positioning.kernel import kernel
 from covertool.positioning.linear import DIFFUSE_M2, carry_on
+from covertool.positioning.mirror import (
+    LEAST_SHARE,
+    Side,
+    join,
+    part,
+    settle,
+    weigh_gps,
+    weigh_range,
+)
 from covertool.positioning.noise import ANCHOR_BIT, Indices
 from covertool.positioning.pairs import fuse_pairs, pairs_of
 
@@ -56,13 +66,22 @@ def _fuse_gps(x: Floats, p: Floats, a: Floats, gps: Floats, r: float) -> None:
 
 @kernel
 def _fuse_anchor(
-    x: Floats, p: Floats, a: Floats, place: Spread, measured_m: float, r: float
+    x: Floats, p: Floats, a: Floats, other: Side, place: Spread, measured_m: float, r: float
 ) -> None:
     """Fuse a range to an anchor at ``place``: x, y, and variance along each axis."""
+    if other[0] > 0.0:
+        weigh_range(x, p, a, other, place, measured_m, r)
     dx, dy, own_m2 = x[0] - place[0], x[1] - place[1], place[2]
     _doubt_alone(p, a, excess(dx, dy, (p[0] + own_m2, p[1], p[2] + own_m2), measured_m, r))
     before = (p[0] + own_m2, p[1], p[2] + own_m2)
-    mx, my, xx, xy, yy = moments(dx, dy, before[0], before[1], before[2], measured_m, r)
+    one = two = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    if other[0] == 0.0:
+        one, two = two_sides(dx, dy, before[0], before[1], before[2], measured_m, r)
+    if two[0] > LEAST_SHARE:
+        _, mx, my, xx, xy, yy = one
+        other[0], other[1], other[2] = two[0], place[0] + two[1], place[1] + two[2]
+    else:
+        mx, my, xx, xy, yy = moments(dx, dy, before[0], before[1], before[2], measured_m, r)
     w, inverse, widest = shrink(before, (xx, xy, yy))
     if widest > 1.0:  # on either side of the anchor: less is known than before
         _doubt_alone(p, a, widest)
@@ -83,6 +102,7 @@ def _fuse_own(
     x: Floats,
     p: Floats,
     a: Floats,
+    other: Side,
     gps: Floats,
     gps_m2: float,
     count: int,
@@ -96,17 +116,24 @@ def _fuse_own(
     """Fuse what one car in one run learns from GPS and from anchors."""
     a[0, 0] = a[1, 1] = 1.0
     a[0, 1] = a[1, 0] = 0.0
-    _fuse_gps(x, p, a, gps, max(gps_m2, LEAST_VARIANCE_M2))
+    gps_m2 = max(gps_m2, LEAST_VARIANCE_M2)
+    if other[0] > 0.0:
+        part(x, p, other)
+        weigh_gps(x, p, a, other, gps, gps_m2)
+    _fuse_gps(x, p, a, gps, gps_m2)
     for m in range(count):
         if neighbour[m] >= ANCHOR_BIT:
             place = (place_x[m], place_y[m], shared[m, 0])
-            _fuse_anchor(x, p, a, place, ranges[m], max(variance[m], LEAST_VARIANCE_M2))
+            r = max(variance[m], LEAST_VARIANCE_M2)
+            _fuse_anchor(x, p, a, other, place, ranges[m], r)
+    settle(x, p, other)
 
 
 @kernel
 def _update(
     x: Floats,
     p: Floats,
+    other: Floats,
     block: Floats,
     linked: Links,
     seat: Indices,
@@ -129,6 +156,7 @@ def _update(
                 x[run, i],
                 p[run, i],
                 own,
+                other[run, seat[i]],
                 gps[run, i],
                 gps_m2,
                 count[i],
@@ -144,7 +172,11 @@ def _update(
             xx, xy, yy = p[run, i, 0], p[run, i, 1], p[run, i, 2]
             least_m2[i, run] = (xx * yy - xy * xy) / (xx + yy)
     pass_on(block, linked, seat, a, least_m2)
-    fuse_pairs(x, p, block, linked, seat, pairs_of(count, neighbour), ranges, variance)
+    fuse_pairs(x, p, other, block, linked, seat, pairs_of(count, neighbour), ranges, variance)
+    for run in range(runs):
+        for i in range(n):
+            if other[run, seat[i], 0] > 0.0:
+                join(x[run, i], p[run, i], other[run, seat[i]])
 
 
 class SecondOrder:
@@ -171,6 +203,7 @@ class SecondOrder:
             )
         self.sigma_velocity = sigma_velocity
         self._common = Correlations(0)
+        self._other = np.zeros((0, 0, 3))
 
     def start(self, gps: Floats, variance_m2: float) -> State:
         """Return a place of which nothing is known: the first update takes the fix."""
@@ -187,7 +220,9 @@ class SecondOrder:
         if self._common.groups != groups:
             self._common = Correlations(groups)
         x, p = predicted.position.copy(), predicted.covariance.copy()
-        seat = self._common.seat(heard.car, p[:n, 0] >= DIFFUSE_M2)
+        fresh = p[:n, 0] >= DIFFUSE_M2
+        seat = self._common.seat(heard.car, fresh)
+        other = self._other_sides(runs, seat, fresh)
         by_run = [
             each.reshape(runs, n, *each.shape[1:])
             for each in (
@@ -207,6 +242,7 @@ class SecondOrder:
             _update(
                 own_x,
                 own_p,
+                other[some],
                 self._common.block[group],
                 self._common.linked[group],
                 seat,
@@ -217,3 +253,13 @@ class SecondOrder:
                 *heard_of,
             )
         return State(x, p)
+
+    def _other_sides(self, runs: int, seat: Indices, fresh: Mask) -> Floats:
+        """Return (runs, seats, 3) the other side of each seat; fresh cars have none."""
+        seats = int(seat.max(initial=-1)) + 1
+        if len(self._other) != runs:
+            self._other = np.zeros((runs, 0, 3))
+        missing = max(seats - self._other.shape[1], 0)
+        self._other = np.concatenate([self._other, np.zeros((runs, missing, 3))], axis=1)
+        self._other[:, seat[fresh]] = 0.0
+        return self._other
