@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from covertool.coverage.cells import cell_boundaries, working_space
+from covertool.coverage.cells import level_boundaries
 from covertool.coverage.compiled import announced, compiled
 from covertool.coverage.discs import DiscGrid, disc_grid
 from covertool.coverage.edges import EdgeGrid, directed_edges, edge_grid
@@ -131,10 +131,10 @@ def grids(
 
 
 def _level_areas(discs: DiscGrid, transit: EdgeGrid) -> LevelAreas:
-    sums = _sum_levels(
-        discs.discs, discs.shape, discs.place, discs.first,
-        transit.cell_m, transit.columns, transit.first, transit.edges, transit.inside,
-    )  # fmt: skip
+    # For levels >= 1, 2, 3: the area, the length of arcs, and the sum of chords (x, y).
+    sums = np.zeros((3, 4))
+    for boundaries in level_boundaries(discs, transit):
+        add_boundaries(boundaries, sums)
     covered = [transit.area_m2, *sums[:, 0], 0.0]
     none, one, two, three = (max(float(covered[k] - covered[k + 1]), 0.0) for k in range(4))
     first, second, third = (float(length) for length in sums[:, 1])
@@ -143,27 +143,9 @@ def _level_areas(discs: DiscGrid, transit: EdgeGrid) -> LevelAreas:
 
 
 @compiled
-def _sum_levels(discs, shape, place, first_disc, cell, columns, first_edge, edges, inside):
-    """Return for levels >= 1, 2, 3 the area, the length of arcs, and the sum of chords (x, y)."""
-    sums = np.zeros((3, 4))
-    near, hits, events, out = working_space(256)
-    for c in range(inside.size):
-        m = -1
-        while m < 0:
-            m = cell_boundaries(
-                c, discs, shape, place, first_disc, cell, columns, first_edge, edges, inside,
-                near, hits, events, out,
-            )  # fmt: skip
-            if m < 0:
-                near, hits, events, out = working_space(2 * out.shape[0])
-        add_boundaries(out, m, sums)
-    return sums
-
-
-@compiled
-def add_boundaries(out, m, sums):
-    """Add the boundaries of one cell to the sums of the levels that they bound."""
-    for i in range(m):
+def add_boundaries(out, sums):
+    """Add level boundaries to the sums of the levels that they bound."""
+    for i in range(out.shape[0]):
         px, py, x, y, r = out[i, 0], out[i, 1], out[i, 2], out[i, 3], out[i, 4]
         dx, dy = x - px, y - py
         area, length = 0.5 * (px * dy - py * dx), 0.0

@@ -1,21 +1,66 @@
-"""One grid cell of the transit area: the discs near it, and all level boundaries in it."""
+"""The grid cells of the transit area: the discs near each, and all level boundaries in it."""
 
 # mypy: disable-error-code="no-untyped-def,no-untyped-call"
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
 from covertool.coverage.arcs import sweep_edge, sweep_quadrant
 from covertool.coverage.compiled import compiled, inlined
+from covertool.coverage.discs import DiscGrid
+from covertool.coverage.edges import EdgeGrid
+from covertool.model import Floats
+
+_ROWS = 2048
+"""Room for level boundaries that stays in the processor's cache."""
+
+
+def level_boundaries(discs: DiscGrid, transit: EdgeGrid) -> Iterator[Floats]:
+    """Yield the level boundaries of all cells in rows that ``sweep_cell`` describes.
+
+    Each array is overwritten by the next one.
+    """
+    space, c = _working_space(_ROWS), 0
+    while c < transit.inside.size:
+        done, n = _next_boundaries(
+            c, discs.discs, discs.shape, discs.place, discs.first,
+            transit.cell_m, transit.columns, transit.first, transit.edges, transit.inside, *space,
+        )  # fmt: skip
+        yield space[-1][:n]
+        if done == c:  # there is no room for this cell alone
+            space = _working_space(2 * len(space[-1]))
+        c = done
+
+
+def _working_space(size: int) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return arrays for discs near a cell, transit crossings, events on an arc, and boundaries."""
+    return np.empty((size, 6)), np.empty((size, 3)), np.empty((size, 4)), np.empty((size, 8))
 
 
 @compiled
-def working_space(size):
-    """Return arrays for discs near a cell, transit crossings, events on an arc, and boundaries."""
-    return np.empty((size, 6)), np.empty((size, 3)), np.empty((size, 4)), np.empty((size, 8))
+def _next_boundaries(
+    c, discs, shape, place, first_disc, cell, columns, first_edge, edges, inside,
+    near, hits, events, out,
+):  # fmt: skip
+    """Write the boundaries of the cells from c on that fit in ``out``.
+
+    Returns the first cell that did not fit, and the number of boundaries.
+    """
+    n = 0
+    while c < inside.size:
+        m = cell_boundaries(
+            c, discs, shape, place, first_disc, cell, columns, first_edge, edges, inside,
+            near, hits, events, out[n:],
+        )  # fmt: skip
+        if m < 0:
+            break
+        n += m
+        c += 1
+    return c, n
 
 
 @compiled

@@ -12,7 +12,7 @@ import numpy as np
 import shapely
 
 from covertool.coverage.areas import disc_arrays, grids
-from covertool.coverage.cells import cell_boundaries, working_space
+from covertool.coverage.cells import level_boundaries
 from covertool.coverage.chords import chords
 from covertool.coverage.compiled import announced, compiled
 from covertool.coverage.edges import directed_edges
@@ -64,36 +64,10 @@ def level_regions(
     x, y, radii, weights = disc_arrays(anchors.x_m, anchors.y_m, each_m, None)
     with announced():
         grid, discs = grids(x, y, radii, weights, edges)
-        rows = _all_boundaries(
-            discs.discs, discs.shape, discs.place, discs.first,
-            grid.cell_m, grid.columns, grid.first, grid.edges, grid.inside,
-        )  # fmt: skip
+        rows = np.concatenate([rows.copy() for rows in level_boundaries(discs, grid)])
         lines = _Lines(rows, discs.discs, chord_tolerance_m)
         origin = np.array([grid.x0_m, grid.y0_m])
         return {level: lines.polygons(level, origin) for level in (1, 2, 3)}
-
-
-@compiled
-def _all_boundaries(discs, shape, place, first_disc, cell, columns, first_edge, edges, inside):
-    """Return the level boundaries of all cells, in the rows that ``sweep_cell`` describes."""
-    near, hits, events, out = working_space(256)
-    found, n = np.empty((4096, 8)), 0
-    for c in range(inside.size):
-        m = -1
-        while m < 0:
-            m = cell_boundaries(
-                c, discs, shape, place, first_disc, cell, columns, first_edge, edges, inside,
-                near, hits, events, out,
-            )  # fmt: skip
-            if m < 0:
-                near, hits, events, out = working_space(2 * out.shape[0])
-        if n + m > found.shape[0]:
-            larger = np.empty((2 * (n + m), 8))
-            larger[:n] = found[:n]
-            found = larger
-        found[n : n + m] = out[:m]
-        n += m
-    return found[:n]
 
 
 class _Lines:

@@ -190,9 +190,9 @@ def test_the_closure_residual_speaks_when_one_boundary_piece_is_lost_or_moved():
     sums = np.zeros((3, 4))
     square = [(0, 0, 4, 0), (4, 0, 4, 4), (4, 4, 0, 4), (0, 4, 0, 0)]
     rows = np.array([[*edge, 0.0, 0.0, 1.0, -1.0] for edge in square], dtype=float)
-    add_boundaries(rows, 4, sums)
+    add_boundaries(rows, sums)
     assert sums[0].tolist() == [16.0, 0.0, 0.0, 0.0]
     for broken in (rows[:3], rows + 1e-3 * (np.arange(4) == 2)[:, None] * np.eye(8)[3]):
         sums = np.zeros((3, 4))
-        add_boundaries(np.ascontiguousarray(broken), len(broken), sums)
+        add_boundaries(np.ascontiguousarray(broken), sums)
         assert np.hypot(*sums[0, 2:]) > CLOSURE_LIMIT_M
