@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 from zoneinfo import ZoneInfo
 
 import typer
@@ -14,6 +14,9 @@ from covertool.cli import congestion_options as own
 from covertool.cli.console import say
 
 if TYPE_CHECKING:
+    import geopandas as gpd
+    import shapely
+
     from covertool.congestion.moment import QueuedCars
     from covertool.congestion.options import OccupancyOptions
     from covertool.congestion.queues import QueueOptions
@@ -47,8 +50,8 @@ class Case:
     """Observations, segments and counting options, read and ready."""
 
     observations: Observations
-    segments: Any
-    aoi: Any
+    segments: gpd.GeoDataFrame
+    aoi: shapely.Geometry | None
     options: OccupancyOptions
     files: tuple[Path, ...]
 

@@ -5,9 +5,13 @@ from __future__ import annotations
 import re
 from datetime import date, time, timedelta
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from covertool.congestion.clock import Fold
+    from covertool.congestion.status import Profile
 
 ObservationFile = Annotated[
     Path | None,
@@ -76,7 +80,7 @@ _LENGTH_OF_TIME = re.compile(r"(\d+(?:\.\d+)?)\s*(s|min|h)")
 _UNITS = {"s": timedelta(seconds=1), "min": timedelta(minutes=1), "h": timedelta(hours=1)}
 
 
-def profile_of(name: str | None) -> Any:
+def profile_of(name: str | None) -> Profile | None:
     """Return the status profile of a name or a TOML file; None for none."""
     if name is None:
         return None
@@ -89,11 +93,12 @@ def profile_of(name: str | None) -> Any:
         return parse_profile(stream.read(2**20).decode("utf-8", errors="replace"), name)
 
 
-def fold_choice(text: str | None) -> Any:
+def fold_choice(text: str | None) -> Fold:
     """Return the fold that an option names."""
-    if text not in (None, "earlier", "later"):
+    folds: dict[str | None, Fold] = {None: None, "earlier": "earlier", "later": "later"}
+    if text not in folds:
         raise typer.BadParameter("use earlier or later", param_hint="--fold")
-    return text
+    return folds[text]
 
 
 def duration(text: str) -> timedelta:

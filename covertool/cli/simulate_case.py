@@ -6,13 +6,15 @@ import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from covertool.cli.console import progress, say
 from covertool.cli.simulate_anchors import along, along_m, read_parked
 from covertool.cli.simulate_asked import Asked
 
 if TYPE_CHECKING:
+    import geopandas as gpd
+
     from covertool.model import Anchors
     from covertool.traffic.demand import Demand
     from covertool.traffic.mobility import Mobility
@@ -144,7 +146,8 @@ def _network(asked: Asked, folder: Path) -> tuple[Network, Path]:
     return network_from_streets(_streets(asked.study), folder), asked.study
 
 
-def _streets(study: Path) -> Any:
+def _streets(study: Path) -> gpd.GeoDataFrame:
+    """Return the centre lines of a study's streets."""
     from covertool.errors import FileError
     from covertool.gis.study import read_layers
 

@@ -234,11 +234,7 @@ def _on_one_map(
 ) -> Vehicles:
     """Return the detections of all images, each vehicle once."""
     parts = [_placed(*one, crs) for one in zip(found, images, grids, strict=True)]
-    columns = {
-        name: np.concatenate([part.columns()[name] for part in parts])
-        for name in parts[0].columns()
-    }
-    return _without_doubles(Vehicles(**columns, crs=crs))
+    return _without_doubles(Vehicles(**Vehicles.joined(parts), crs=crs))
 
 
 def _without_doubles(cars: Vehicles) -> Vehicles:

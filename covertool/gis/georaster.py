@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 import rasterio
 from pyproj import CRS
-from rasterio.enums import ColorInterp
+from rasterio.enums import ColorInterp, MaskFlags
 from rasterio.errors import NotGeoreferencedWarning, RasterioError
 from rasterio.transform import Affine
 from rasterio.windows import Window
@@ -86,8 +86,7 @@ class GeoRaster:
         inside = _overlap(self, x0, y0, width, height)
         if inside is not None:
             window, rows, columns = inside
-            with _Told(self.path):
-                good = self._handles.dataset().dataset_mask(window=window) > 0
+            good = self._mask(window)
             if np.issubdtype(np.dtype(self.dtype), np.floating):
                 good &= np.isfinite(self._pixels(window)).all(axis=0)
             out[rows, columns] = good
@@ -114,6 +113,14 @@ class GeoRaster:
         along = math.hypot(x[1] - x[0], y[1] - y[0])
         down = math.hypot(x[3] - x[2], y[3] - y[2])
         return along / scale, down / scale
+
+    def _mask(self, window: Window) -> npt.NDArray[np.bool_]:
+        dataset = self._handles.dataset()
+        if all(MaskFlags.all_valid in flags for flags in dataset.mask_flag_enums):
+            return np.ones((window.height, window.width), dtype=bool)  # GDAL would fill it slowly
+        with _Told(self.path):
+            good: npt.NDArray[np.bool_] = dataset.dataset_mask(window=window) > 0
+            return good
 
     def _pixels(self, window: Window) -> npt.NDArray[Any]:
         dataset = self._handles.dataset()

@@ -19,11 +19,15 @@ from covertool.gis.study import layer_names
 from covertool.gis.target import AnyCrs
 from covertool.gis.vehicles import read_vehicles
 from covertool.model import Anchors, Floats, Objects, Study, TransitArea
+from covertool.model.tables import within
 
 if TYPE_CHECKING:
     import geopandas as gpd
 
 _LOG = logging.getLogger(__name__)
+
+_APART_M = 1000.0
+"""Anchors all further than this from the transit area are most likely of another place."""
 
 
 def read_anchors(spec: str | Path, *, crs: AnyCrs = None, dst_crs: AnyCrs = None) -> Anchors:
@@ -149,9 +153,8 @@ def read_study(path: str | Path, *, dst_crs: AnyCrs = None) -> Study:
 
 def warn_when_apart(anchors: Anchors, transit: TransitArea, where: str) -> None:
     """Log a warning when no anchor lies within the bounds of the transit area, 1 km around."""
-    x0, y0, x1, y1 = shapely.buffer(shapely.box(*transit.polygons.bounds), 1000.0).bounds
-    x, y = anchors.x_m, anchors.y_m
-    if len(anchors) and not bool(((x >= x0) & (x <= x1) & (y >= y0) & (y <= y1)).any()):
+    around = shapely.buffer(shapely.box(*transit.polygons.bounds), _APART_M).bounds
+    if len(anchors) and not within(anchors.x_m, anchors.y_m, around).any():
         _LOG.warning(
             "%s: no anchor is within 1 km of the transit area; "
             "are longitude and latitude swapped, or is a CRS wrong?",

@@ -28,6 +28,7 @@ from covertool.gis.parquet import (
 )
 from covertool.gis.read import read_anchors, read_transit
 from covertool.model import Anchors, Bounds, Objects, TransitArea
+from covertool.model.tables import within
 
 _POLYGON = 3
 _VERTICES_IN_PIECE = 512
@@ -55,9 +56,7 @@ class LoadedAnchors:
         anchors = self._all()
         if bounds is None:
             return anchors
-        x0, y0, x1, y1 = bounds
-        x, y = anchors.x_m, anchors.y_m
-        return anchors.take((x >= x0) & (x <= x1) & (y >= y0) & (y <= y1))
+        return anchors.take(within(anchors.x_m, anchors.y_m, bounds))
 
 
 @dataclass(frozen=True)

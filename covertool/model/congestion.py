@@ -73,8 +73,7 @@ class Observations(Table):
         """Return the rows of several tables, in order, as one."""
         if not parts:
             return cls.from_columns([], [], [])
-        names = parts[0].columns()
-        return cls(**{n: np.concatenate([part.columns()[n] for part in parts]) for n in names})
+        return cls(**cls.joined(parts))
 
     def to_frame(self) -> pd.DataFrame:
         """Return the observations as a table; times are in UTC."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any, Self
 
@@ -33,6 +34,12 @@ class Table:
             if f.name not in self._not_columns
         }
 
+    @classmethod
+    def joined(cls, parts: Sequence[Self]) -> dict[str, npt.NDArray[Any]]:
+        """Return the columns of several tables, of which there is one at least, row after row."""
+        columns = [part.columns() for part in parts]
+        return {name: np.concatenate([one[name] for one in columns]) for name in columns[0]}
+
     def __post_init__(self) -> None:
         sizes = {name: column.shape for name, column in self.columns().items()}
         if len(set(sizes.values())) > 1 or any(len(shape) != 1 for shape in sizes.values()):
@@ -48,6 +55,16 @@ class Table:
         chosen = np.asarray(rows)
         picked = {name: column[chosen] for name, column in self.columns().items()}
         return replace(self, **picked)  # type: ignore[type-var]
+
+
+def within(x_m: Floats, y_m: Floats, bounds: Bounds) -> npt.NDArray[np.bool_]:
+    """Return which places lie in bounds, their edge included.
+
+    >>> within(np.array([0.0, 5.0]), np.array([0.0, 0.0]), (0.0, 0.0, 1.0, 1.0)).tolist()
+    [True, False]
+    """
+    x0, y0, x1, y1 = bounds
+    return (x_m >= x0) & (x_m <= x1) & (y_m >= y0) & (y_m <= y1)
 
 
 def by_car(vehicle: Objects, time_s: Floats) -> npt.NDArray[np.intp]:

@@ -152,11 +152,7 @@ class Anchors(Table):
             raise GeometryError(
                 "anchors of different CRSs cannot be joined", "anchors", "transform them first"
             )
-        joined = {
-            name: np.concatenate([part.columns()[name] for part in parts])
-            for name in first.columns()
-        }
-        return cls(**joined, crs=first.crs)
+        return cls(**cls.joined(parts), crs=first.crs)
 
     def to_frame(self) -> gpd.GeoDataFrame:
         """Return the anchors as a GeoDataFrame of points."""

@@ -9,6 +9,7 @@ import shapely
 
 from covertool.errors import GeometryError
 from covertool.model import Anchors, Floats
+from covertool.model.tables import within
 from covertool.traffic.edges import Network
 
 ALONG_M = 15.0
@@ -52,8 +53,7 @@ def require_inside(anchors: Anchors, network: Network) -> None:
     if not len(anchors):
         raise GeometryError("there are no anchors", "anchors", "name a layer that holds some")
     x0, y0, x1, y1 = network.bounds_m
-    inside = (anchors.x_m >= x0) & (anchors.x_m <= x1) & (anchors.y_m >= y0) & (anchors.y_m <= y1)
-    if not inside.any():
+    if not within(anchors.x_m, anchors.y_m, network.bounds_m).any():
         box = box_text(anchors.x_m, anchors.y_m)
         net = box_text(np.array([x0, x1]), np.array([y0, y1]))
         raise GeometryError(

@@ -12,6 +12,7 @@ import rasterio.warp
 from rasterio.transform import Affine
 
 from covertool.cli.extract_files import job_ledger
+from covertool.gis.geopackage import read_metadata
 from covertool.gis.read import read_study
 from covertool.gis.sample import sample_folder
 from tests.running import ok, run
@@ -224,3 +225,13 @@ def test_images_on_two_grids_have_no_one_preview_and_that_is_told_first(town, tm
                       transform=Affine(0.2, 0, 693380.05, 0, -0.2, 737460))  # fmt: skip
     done = run("extract", town / "whole.tif", shifted, "--preview", tmp_path / "two.png")
     assert (done.returncode, "2 pixel grids" in done.stderr) == (2, True)
+
+
+def test_a_study_tells_which_options_shaped_it_and_not_where_it_went_or_who_worked(bare, tmp_path):
+    study = tmp_path / "town.gpkg"
+    ok("extract", bare, "--gsd", 0.125, "--detector", "classical", "--workers", 2, "-o", study)
+    told = json.loads(read_metadata(study)["provenance extract"])
+    assert told["command"][:2] == ["extract", str(bare)]
+    assert [given["path"] for given in told["inputs"]] == [str(bare)]
+    assert told["options"]["detector"] == "classical"
+    assert not {"output", "overwrite", "workers", "as_json"} & set(told["options"])

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
-from typing import Any, Protocol, Self
+from dataclasses import dataclass
+from typing import Protocol, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from covertool.model import Floats, Objects
+from covertool.model.tables import Table
 
 Pixels = npt.NDArray[np.uint8]
 Mask = npt.NDArray[np.bool_]
@@ -22,7 +23,7 @@ MIN_HALO_PX = 64
 
 
 @dataclass(frozen=True)
-class Detections:
+class Detections(Table):
     """Vehicles found in one picture, in pixels of that picture.
 
     Attributes
@@ -41,21 +42,6 @@ class Detections:
     width_px: Floats
     score: Floats
     kind: Objects
-
-    def __post_init__(self) -> None:
-        shapes = {column.shape for column in self._columns().values()}
-        assert len(shapes) == 1, f"columns of detections differ in shape: {shapes}"
-
-    def __len__(self) -> int:
-        return int(self.x_px.size)
-
-    def _columns(self) -> dict[str, npt.NDArray[Any]]:
-        return {f.name: getattr(self, f.name) for f in fields(self)}
-
-    def take(self, rows: npt.ArrayLike) -> Self:
-        """Return the chosen rows (a mask or indices) as new detections."""
-        chosen = np.asarray(rows)
-        return type(self)(**{name: column[chosen] for name, column in self._columns().items()})
 
     @classmethod
     def of_cars(
@@ -89,8 +75,7 @@ class Detections:
         >>> len(Detections.concatenate([Detections.empty(), Detections.empty()]))
         0
         """
-        columns = [part._columns() for part in [cls.empty(), *parts]]
-        return cls(**{name: np.concatenate([c[name] for c in columns]) for name in columns[0]})
+        return cls(**cls.joined([cls.empty(), *parts]))
 
     @classmethod
     def empty(cls) -> Self:
