@@ -71,6 +71,15 @@ def parked_anchors(
         When the occupancy is no share.
     GeometryError
         When the extract names no place to park.
+
+    Examples
+    --------
+    >>> import geopandas as gpd
+    >>> street = {"highway": "residential", "parking:both": "lane"}
+    >>> line = shapely.LineString([(0, 0), (120, 0)])
+    >>> roads = gpd.GeoDataFrame({"tags": [street]}, geometry=[line], crs=2157)
+    >>> len(parked_anchors(roads, roads.iloc[:0], occupancy=1.0))
+    40
     """
     if not 0 <= occupancy <= 1:
         raise OptionError(f"an occupancy of {occupancy} is no share", "--occupancy", "use 0 to 1")

@@ -50,6 +50,19 @@ def transit_from_mask(raster: RasterSource, *, like: RasterSource | None = None)
     ------
     GeometryError
         When no pixel is transit, the raster is no mask, or it has another shape than ``like``.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from covertool.gis.geotiff import open_raster
+    >>> from covertool.gis.picture import write_picture
+    >>> mask = np.zeros((40, 100, 3), dtype=np.uint8)
+    >>> mask[10:30] = 255
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_picture(f"{folder}/mask.png", mask)
+    ...     area = transit_from_mask(open_raster(f"{folder}/mask.png", gsd_m=0.5))
+    >>> round(area.area_m2)
+    500
     """
     if like is not None and (raster.width, raster.height) != (like.width, like.height):
         raise GeometryError(
@@ -94,6 +107,15 @@ def transit_from_roads(roads: gpd.GeoDataFrame, choice: RoadChoice | None = None
     ------
     GeometryError
         When no road is a carriageway.
+
+    Examples
+    --------
+    >>> import geopandas as gpd
+    >>> street = {"highway": "residential", "width": "6"}
+    >>> line = shapely.LineString([(0, 0), (100, 0)])
+    >>> roads = gpd.GeoDataFrame({"tags": [street]}, geometry=[line], crs=2157)
+    >>> transit_from_roads(roads).area_m2
+    600.0
     """
     chosen = choice or RoadChoice()
     tags = list(roads["tags"])

@@ -54,6 +54,16 @@ def open_raster(
         When the GSD is missing, not above zero, or not that of the georeference.
     CrsError
         When the georeference has no CRS, or another one than ``crs``.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from covertool.gis.picture import write_picture
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_picture(f"{folder}/road.png", np.zeros((40, 100, 3), dtype=np.uint8))
+    ...     raster = open_raster(f"{folder}/road.png", gsd_m=0.125)
+    >>> raster.width, raster.height, raster.gsd_m(50.0, 20.0)
+    (100, 40, (0.125, 0.125))
     """
     checked, known = guard.input_file(path, RASTER_FORMATS)
     if gsd_m is not None and not (math.isfinite(gsd_m) and gsd_m > 0):
