@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import logging
 import sys
 from collections.abc import Callable
@@ -97,9 +96,6 @@ def covertool(
       covertool extract photo.tif --mask roads.tif -o town.gpkg
       covertool coverage town.gpkg --radius 15 --radius 100
     """
-    # What a verb loads stays: looking through it for garbage again and again costs a third of a
-    # short run.
-    gc.set_threshold(100_000, 20, 20)
     level = logging.ERROR if quiet else logging.INFO if verbose else logging.WARNING
     handler = logging.StreamHandler(sys.stderr)
     handler.setFormatter(_Line())
