@@ -116,7 +116,27 @@ def _votes_of_pairs(
     lines: Objects, tags: list[dict[str, str]], rows: npt.NDArray[np.intp]
 ) -> Votes:
     """Count on which side the opposite carriageway of the same street lies."""
-    points, headings, names = [], [], []
+    votes = {"left": 0, "right": 0}
+    xy, heading, names = _sampled(lines, tags, rows)
+    for one, other in _close_pairs(xy) if names else []:
+        opposite = float(heading[one] @ heading[other]) < _OPPOSITE
+        if names[one] != names[other] or not opposite:
+            continue
+        gap = xy[other] - xy[one]
+        across = heading[one][0] * gap[1] - heading[one][1] * gap[0]
+        along = abs(float(heading[one] @ gap))
+        if along < _SAMPLE_M / 2 and _APART_M[0] < abs(across) < _APART_M[1]:
+            # To drive on the left is to have those who come towards you on the right.
+            votes["right" if across > 0 else "left"] += 1
+    return votes
+
+
+def _sampled(
+    lines: Objects, tags: list[dict[str, str]], rows: npt.NDArray[np.intp]
+) -> tuple[Floats, Floats, list[str]]:
+    """Return (N, 2) places along one-way streets, the directions there, and the streets' names."""
+    points, headings = [np.empty((0, 2))], [np.empty((0, 2))]
+    names: list[str] = []
     for row in rows:
         at = np.arange(_SAMPLE_M / 2, lines[row].length, _SAMPLE_M)
         here = shapely.get_coordinates(shapely.line_interpolate_point(lines[row], at))
@@ -124,20 +144,7 @@ def _votes_of_pairs(
         points.append(here)
         headings.append((ahead - here) * _direction(tags[row]))
         names += [tags[row]["name"]] * len(at)
-    votes = {"left": 0, "right": 0}
-    if not names:
-        return votes
-    xy, heading = np.concatenate(points), np.concatenate(headings)
-    for one, other in _close_pairs(xy):
-        gap = xy[other] - xy[one]
-        opposite = float(heading[one] @ heading[other]) < _OPPOSITE
-        if names[one] == names[other] and opposite:
-            across = heading[one][0] * gap[1] - heading[one][1] * gap[0]
-            along = abs(float(heading[one] @ gap))
-            if along < _SAMPLE_M / 2 and _APART_M[0] < abs(across) < _APART_M[1]:
-                # To drive on the left is to have those who come towards you on the right.
-                votes["right" if across > 0 else "left"] += 1
-    return votes
+    return np.concatenate(points), np.concatenate(headings), names
 
 
 def _close_pairs(xy: Floats) -> list[tuple[int, int]]:
