@@ -121,6 +121,11 @@ def is_working(crs: CRS) -> bool:
 def transform(x: Floats, y: Floats, source: CRS, target: CRS) -> tuple[Floats, Floats]:
     """Return coordinates of ``source`` in ``target``; both in the order x, y.
 
+    Parameters
+    ----------
+    x, y : (N,) east and north, or longitude and latitude, in the unit of ``source``
+    source, target : the two systems
+
     Points that cannot be transformed come back as infinity.
 
     Raises

@@ -154,7 +154,8 @@ def spread_in_order(
 ) -> Iterator[Result]:
     """Yield the results that `spread` returns, once all are computed.
 
-    With a ledger they wait on disk, and only one at a time is in memory.
+    With a ledger they wait on disk, and only one at a time is in memory. Parameters and errors are
+    those of `spread`.
 
     Examples
     --------

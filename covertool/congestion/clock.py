@@ -42,6 +42,13 @@ def zone(name: str) -> ZoneInfo:
 def instant(moment: datetime, tz: ZoneInfo | None, fold: Fold, where: str) -> datetime:
     """Return a moment in UTC; a naive one is wall time in ``tz``.
 
+    Parameters
+    ----------
+    moment : aware or naive
+    tz : zone of naive moments; None when there is none
+    fold : which of two instants a naive moment in the repeated hour means
+    where : the file and column, for messages
+
     Raises
     ------
     ColumnError
@@ -86,7 +93,12 @@ def instant(moment: datetime, tz: ZoneInfo | None, fold: Fold, where: str) -> da
 
 
 def parse_instant(text: str, tz: ZoneInfo | None, fold: Fold, where: str) -> datetime:
-    """Return an ISO 8601 text as a moment in UTC.
+    """Return an ISO 8601 text as a moment in UTC; the parameters are those of `instant`.
+
+    Raises
+    ------
+    ColumnError
+        When the text is no time, or as in `instant`.
 
     Examples
     --------

@@ -60,6 +60,13 @@ def filled_fraction(
 
     The measured queue over the length where there is one, at most 1; else the status's share.
 
+    Parameters
+    ----------
+    status : (N,) words of the status scale
+    queue_m : (N,) measured queues in metres, NaN for none
+    length_m : (N,) lengths of the segments in metres
+    shares : of the length, 0 to 1, by status
+
     Examples
     --------
     >>> status = np.array(["stationary", "slow"], dtype=object)

@@ -62,6 +62,11 @@ def junction_shares(
     """Return how much of the occupied length, over all days and windows, lies near junctions.
 
     The paper remarks that congestion sits at intersections; this is the comparison.
+
+    Parameters
+    ----------
+    observations, network, options : as in `covertool.congestion.occupancy.days_of`
+    distances_m : from a junction
     """
     states = SegmentStates(observations, network, options)
     occupied_times, known_times = np.zeros(len(network)), np.zeros(len(network))

@@ -29,6 +29,13 @@ def match_lines(
     A segment takes part when at least ``least_share`` of its length lies within ``near_m`` of the
     line and both run the same way. Observations without a line keep their segment; lines that
     match nothing are counted in a warning and left out.
+
+    Parameters
+    ----------
+    observations : with lines in WGS 84, or None for those that name their segment
+    network : the streets, in metres
+    near_m : how far from the line a segment may lie
+    least_share : of a segment's length that must lie so near, 0 to 1
     """
     with_line = np.array([line is not None for line in observations.line], dtype=bool)
     rows = np.flatnonzero(with_line)

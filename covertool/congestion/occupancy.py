@@ -161,7 +161,14 @@ def means_of(
     windows: Iterable[str],
     mean_of: MeanOf = "cells",
 ) -> tuple[OccupancyMean, ...]:
-    """Return the means over weekdays, weekend and holidays, of cells or of days."""
+    """Return the means over weekdays, weekend and holidays, where there are any.
+
+    Parameters
+    ----------
+    cells, days : the figures
+    windows : names of the windows
+    mean_of : whether the cells or the days are averaged
+    """
     means = (
         _mean(group, window, members, cells, days, mean_of)
         for group, members in GROUPS.items()

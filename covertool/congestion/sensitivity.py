@@ -38,6 +38,11 @@ def sensitivity(
 
     Only observations with a relative speed change with the profile; where there is none at all,
     the statuses count as they came.
+
+    Parameters
+    ----------
+    observations, network, options : as in `covertool.congestion.occupancy.days_of`
+    profiles : the profiles to compare; each has bands of relative speed
     """
     has_speed = np.isfinite(observations.relative_speed)
     cases: list[tuple[str | None, Observations]] = [(None, observations)]

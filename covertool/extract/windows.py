@@ -9,7 +9,7 @@ is as wide as what the detector looks at, a window finds exactly what the whole 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -123,6 +123,18 @@ def cut(
     Finer images are averaged as an area mean would do it (a Gaussian of the same variance,
     ``(f^2 - 1) / 12`` for f image pixels a working pixel), coarser ones interpolated linearly.
     Beyond the image's edge the picture is mirrored and not valid.
+
+    Parameters
+    ----------
+    raster : the image
+    grid : its working grid
+    window : of the grid
+    stretch : from the image's values to colours
+
+    Returns
+    -------
+    rgb : (H, W, 3) uint8 colours
+    valid : (H, W) True where the image holds data
     """
     x0, y0, x1, y1 = window.outer
     blur_x, blur_y = _blur_px(grid.scale_x), _blur_px(grid.scale_y)
@@ -144,16 +156,21 @@ def detect_in_window(
     window: Window,
     threshold: float,
 ) -> Detections:
-    """Return the detections that a window owns, in pixels of the working grid."""
+    """Return the detections that a window owns, in pixels of the working grid.
+
+    Parameters
+    ----------
+    raster, grid, stretch, window : as in `cut`
+    detector : looks at the window with its halo
+    threshold : least score, 0 to 1
+    """
     rgb, valid = cut(raster, grid, window, stretch)
     if not valid.any():
         return Detections.empty()
     found = detector.detect(rgb, valid)
     x0, y0, _, _ = window.outer
     x, y = found.x_px + x0, found.y_px + y0
-    placed = Detections(
-        x, y, found.heading_deg, found.length_px, found.width_px, found.score, found.kind
-    )
+    placed = replace(found, x_px=x, y_px=y)
     on_data = _at(valid, found.x_px, found.y_px)
     return placed.take(window.owns(x, y) & on_data & (found.score >= threshold))
 

@@ -35,10 +35,15 @@ _TIMES = ("DATE", "DATETIME")
 
 @dataclass(frozen=True)
 class Features:
-    """The rows of a feature table: columns by name, geometries in 2D, and the CRS if it has one.
+    """The rows of a feature table.
 
-    ``straight`` is False when a geometry is a curve, or cannot be read at all: its row then holds
-    no geometry or one that GEOS does not compute with.
+    Attributes
+    ----------
+    columns : (N,) values by name
+    geometries : (N,) in 2D, None where there is none
+    crs : None when the table names none
+    straight : False when a geometry is a curve, or cannot be read at all: its row then holds no
+        geometry or one that GEOS does not compute with
     """
 
     columns: dict[str, Column]

@@ -40,7 +40,15 @@ def write_figure(
 ) -> None:
     """Write a figure whole or not at all; the extension decides the format.
 
-    What ``about`` says, such as the provenance, lies in the file unseen.
+    Parameters
+    ----------
+    path : str or Path
+        A .png, .pdf or .svg file.
+    figure : Figure
+    about : str
+        What lies in the file unseen, such as the provenance.
+    overwrite : bool
+        Replace an existing file.
 
     Raises
     ------

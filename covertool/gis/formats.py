@@ -12,10 +12,16 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Format:
-    """A file format: its name, GDAL driver, extensions and the bytes that such a file starts with.
+    """A file format.
 
-    ``signatures`` holds (offset, bytes) pairs of which one must match; none means plain text.
-    ``ending`` is what must stand near the end of a whole file, where GDAL would not notice a cut.
+    Attributes
+    ----------
+    name : as people say it
+    driver : of GDAL
+    suffixes : extensions in lower case, with their dot
+    signatures : (offset, bytes) pairs of which one must match; none means plain text
+    layers : whether a file holds several layers
+    ending : what must stand near the end of a whole file, where GDAL would not notice a cut
     """
 
     name: str

@@ -133,6 +133,13 @@ def output_file(
 ) -> tuple[Path, Format]:
     """Return a path that may be written and its format.
 
+    Parameters
+    ----------
+    path : str or Path
+    formats : of which its extension must name one
+    overwrite : whether an existing file may be replaced
+    inputs : files, or ``FILE:LAYER``, that it must not be
+
     Raises
     ------
     FileError

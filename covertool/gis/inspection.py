@@ -65,7 +65,14 @@ class Part:
 
 @dataclass(frozen=True)
 class FileInfo:
-    """What is in a file."""
+    """What is in a file.
+
+    Attributes
+    ----------
+    path, format, size_bytes : of the file
+    parts : its layers and tables, or its pixels
+    metadata : the metadata table of a GeoPackage; empty for others
+    """
 
     path: str
     format: str

@@ -65,7 +65,12 @@ def provenance(
 ) -> Provenance:
     """Return the provenance of a result: input files are hashed, versions looked up.
 
-    Without ``verb`` the first word of the command is the verb.
+    Parameters
+    ----------
+    command : the words after ``covertool``
+    inputs : files, or ``FILE:LAYER``
+    verb : the first word of the command when empty
+    options, seeds : values by name
 
     Raises
     ------

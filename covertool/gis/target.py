@@ -24,6 +24,13 @@ def pick(geometries: Objects, source: CRS, dst_crs: AnyCrs, where: str) -> CRS:
     What surprises is logged: the web's Mercator, a projection that does not keep circles round,
     and data so wide that no one projection is true all over.
 
+    Parameters
+    ----------
+    geometries : (N,) the data
+    source : its CRS
+    dst_crs : what was asked for; None picks one
+    where : the file and layer, for messages
+
     Raises
     ------
     CrsError

@@ -90,8 +90,14 @@ class Observations(Table):
 class OccupancyCell:
     """One weekday and window: how much street length was flagged and how much queues fill.
 
-    Percentages are of the length known and not closed; None for a blank cell. ``observed_fraction``
-    is the share of the length of which anything was known, over the days looked at.
+    Attributes
+    ----------
+    day, window : which they are, such as Monday and lunch
+    percent : flagged length, of the length known and not closed; None for a blank cell
+    filled_percent : length that the queued cars themselves fill, of the same; None for a blank one
+    days : number of days that are not blank
+    observed_fraction : share of the length of which anything was known, over all days, 0 to 1
+    ci95 : 95 % confidence interval of ``percent``; None for fewer than three days
     """
 
     day: str
@@ -105,7 +111,15 @@ class OccupancyCell:
 
 @dataclass(frozen=True)
 class OccupancyDay:
-    """One date and window: percentages are None where too little was observed."""
+    """One date and window: percentages are None where too little was observed.
+
+    Attributes
+    ----------
+    date : the local date
+    day : its weekday, or Holiday
+    window : name of the window
+    percent, filled_percent, observed_fraction : as in :class:`OccupancyCell`
+    """
 
     date: date
     day: str
@@ -117,7 +131,17 @@ class OccupancyDay:
 
 @dataclass(frozen=True)
 class OccupancyMean:
-    """A mean over a group of cells or days, with ``text`` rounded half up to two decimals."""
+    """A mean over a group of cells or days.
+
+    Attributes
+    ----------
+    group : weekday, weekend or holiday
+    window : name of the window
+    percent, filled_percent : the means; None where every cell or day is blank
+    count : cells or days that are not blank
+    text : ``percent`` rounded half up to two decimals
+    ci95 : 95 % confidence interval of ``percent``; None for fewer than three
+    """
 
     group: str
     window: str
@@ -130,7 +154,20 @@ class OccupancyMean:
 
 @dataclass(frozen=True)
 class OccupancyTable:
-    """Flagged street length by weekday and window, as in the paper's Table I."""
+    """Flagged street length by weekday and window, as in the paper's Table I.
+
+    Attributes
+    ----------
+    cells : one for each weekday and window
+    means : over weekdays, weekend and holidays
+    days : the dates behind the cells; empty where they are not known
+
+    Examples
+    --------
+    >>> cell = OccupancyCell("Monday", "lunch", 18.39, None, 2, 1.0)
+    >>> OccupancyTable((cell,), ()).to_frame()["percent"].tolist()
+    [18.39]
+    """
 
     cells: tuple[OccupancyCell, ...]
     means: tuple[OccupancyMean, ...]

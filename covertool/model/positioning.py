@@ -149,8 +149,12 @@ class PositioningResult:
 class PositioningImprovement:
     """What parked cars take off the mean error: 100 (1 - proposed / traditional), in percent.
 
-    ``ci95`` is its 95 % bootstrap interval, nested over layouts, traffic seeds and runs, and None
-    when there is but one run. Both are None when a car of either arm diverged.
+    Attributes
+    ----------
+    estimator, preset, sigma_range_m, radius_m, vehicle : as in :class:`PositioningResult`
+    percent : None when a car of either arm diverged
+    ci95 : 95 % bootstrap interval of ``percent``, nested over layouts, traffic seeds and runs; None
+        when there is but one run, or a car diverged
     """
 
     estimator: str

@@ -79,7 +79,7 @@ def by_car(vehicle: Objects, time_s: Floats) -> npt.NDArray[np.intp]:
 def points_frame(
     columns: dict[str, npt.NDArray[Any]], x_m: Floats, y_m: Floats, crs: CRS
 ) -> gpd.GeoDataFrame:
-    """Return columns and their places as a GeoDataFrame of points."""
+    """Return columns and their places, in metres of a CRS, as a GeoDataFrame of points."""
     import geopandas as gpd
 
     return gpd.GeoDataFrame(columns, geometry=shapely.points(x_m, y_m), crs=crs)

@@ -98,7 +98,18 @@ def over_layouts(
     *,
     signed: bool = False,
 ) -> Comparison:
-    """Return a figure with the mean over the layouts in which nothing diverged."""
+    """Return a figure with the mean over the layouts in which nothing diverged.
+
+    Parameters
+    ----------
+    table, row, quantity, paper, signed : as in :class:`Comparison`
+    each, best : ours of each layout, None where a car diverged
+
+    Examples
+    --------
+    >>> over_layouts(5, "EKF", "improvement, %", 8.0, [2.0, None, 4.0]).ours
+    3.0
+    """
     ours = tuple(value for value in each if value is not None)
     others = [value for value in best if value is not None]
     lost = len(each) - len(ours)

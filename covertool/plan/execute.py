@@ -25,7 +25,15 @@ Runner = Callable[[Sequence[str]], int]
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a stage: its command, whether it was fresh already, and how long it took."""
+    """What became of a stage.
+
+    Attributes
+    ----------
+    stage, command : what it is, and how it is run
+    fresh : whether it need not run again
+    seconds : how long it took
+    exit_code : 0 also for a stage that did not run
+    """
 
     stage: Stage
     command: tuple[str, ...]
@@ -46,8 +54,16 @@ def run_plan(
 
     A stage is fresh when its command, the content of its input files, the stages that it needs, its
     output and the study are as they were when it last ran. What is known of that lies beside the
-    study, in ``STUDY.plan.json``. With ``dry`` nothing is run or written. A stage that fails ends
-    the run; what was done before it stays done.
+    study, in ``STUDY.plan.json``. A stage that fails ends the run; what was done before it stays
+    done.
+
+    Parameters
+    ----------
+    plan : Plan
+    runner : runs a command of covertool in the plan's folder
+    dry : run and write nothing
+    overwrite : replace files that the plan did not make
+    on_stage : called before each stage with the stage, its command, and whether it is fresh
 
     Raises
     ------

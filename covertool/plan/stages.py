@@ -26,7 +26,15 @@ START = "start"
 
 @dataclass(frozen=True)
 class Parameter:
-    """An option or argument of a verb: its key in a plan, and its flag (empty for an argument)."""
+    """An option or argument of a verb.
+
+    Attributes
+    ----------
+    key : its key in a plan
+    flag : on the command line; empty for an argument
+    repeats : whether a plan may give a list of values
+    is_switch : whether it is true or false
+    """
 
     key: str
     flag: str

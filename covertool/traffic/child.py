@@ -69,6 +69,15 @@ def run_program(
     Whatever happens here (an exception, Ctrl-C, even a kill of this process on Linux), the child
     ends too. Exit codes are returned, not judged: SUMO's is 0 on a full disk.
 
+    Parameters
+    ----------
+    sumo : the installation
+    program : such as ``netconvert``
+    arguments : of the program
+    folder : where it runs; its messages are kept there
+    timeout_s : after which it is ended
+    on_poll : called twenty times a second while it runs
+
     Raises
     ------
     ComputationError

@@ -13,7 +13,13 @@ from covertool.spread import spread
 
 
 class TrackCase(NamedTuple):
-    """One arm and, where it ranges, its estimator, range noise and zone."""
+    """One arm and, where it ranges, its estimator, range noise and zone.
+
+    Attributes
+    ----------
+    arm, estimator : as in :func:`covertool.positioning.position_errors`
+    sigma_m, radius_m : range noise and communication zone in metres
+    """
 
     arm: str
     estimator: str
@@ -79,6 +85,15 @@ def follow(
     workers: int = 1,
     scheduler: str | None = None,
 ) -> list[PositionTracks]:
-    """Return the tracks of each case, with the noise of the report of this first scenario."""
+    """Return the tracks of each case, with the noise of the report of this first scenario.
+
+    Parameters
+    ----------
+    scenario : traffic and parked cars
+    cases : what to follow
+    runs, seed, options : as in :func:`covertool.positioning.position_errors`
+    vehicles : the cars to follow; all when empty
+    workers, scheduler : as in :func:`covertool.spread.spread`
+    """
     work = _Follow(scenario, runs, seed, options, tuple(vehicles))
     return spread(work, cases, workers=workers, scheduler=scheduler)

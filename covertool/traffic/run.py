@@ -78,6 +78,12 @@ def run_sumo(
 ) -> SumoRun:
     """Run SUMO on a demand in an empty folder and return what it left, once all of it is checked.
 
+    Parameters
+    ----------
+    folder : where its files lie, with room for the trace
+    network, demand, seed, step_s, anchors, anchors_as, timeout_s, on_time : as in
+        :func:`covertool.traffic.mobility.drive`
+
     Raises
     ------
     MissingExtraError

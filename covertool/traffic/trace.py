@@ -73,7 +73,20 @@ def trace_of(
     projection: Projection | None = None,
     length_m: float | Mapping[str, float] = CAR_LENGTH_M,
 ) -> Trace:
-    """Return rows of floating car data as a trace of the cars' centres."""
+    """Return rows of floating car data as a trace of the cars' centres.
+
+    Parameters
+    ----------
+    rows : as SUMO writes them
+    where : the file, for messages
+    projection, length_m : as in `read_fcd`
+
+    Raises
+    ------
+    ColumnError, GeometryError
+        When a car stands twice at one time, a place lies beyond the coordinate system, or the times
+        are no whole steps apart.
+    """
     _refuse_twice(rows, where)
     east, north = np.sin(np.radians(rows.angle)), np.cos(np.radians(rows.angle))
     half_m = _lengths_m(rows.vehicle, length_m) / 2

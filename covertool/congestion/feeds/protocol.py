@@ -50,7 +50,15 @@ class Limits:
 
 @dataclass(frozen=True)
 class Site:
-    """A place that a feed refers to: the segment it stands for, its line, its length."""
+    """A place that a feed refers to.
+
+    Attributes
+    ----------
+    segment_id : the segment that it stands for
+    line : in WGS 84 (lon, lat); None where it is not known
+    length_m : NaN where it is not known
+    groups : ids of the groups that it belongs to
+    """
 
     segment_id: str
     line: shapely.LineString | None = None
@@ -107,7 +115,16 @@ class FeedOptions:
 
 @dataclass(frozen=True, slots=True)
 class FlowRecord:
-    """One observation as a feed tells it; times are in UTC. No status leaves it to the speed."""
+    """One observation as a feed tells it.
+
+    Attributes
+    ----------
+    segment_id : the segment, or the feed's own id of the place
+    time, until : in UTC; no ``until`` is a moment
+    status : a word of the status scale; None leaves it to the speed
+    relative_speed, speed_mps, queue_m : as in :class:`covertool.model.Observations`
+    line : in WGS 84 (lon, lat), or None
+    """
 
     segment_id: str
     time: datetime

@@ -8,7 +8,14 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Block:
-    """A square of the picture and the part of it that it owns, in pixels of the picture."""
+    """A square of the picture and the part of it that it owns, in pixels of the picture.
+
+    Attributes
+    ----------
+    x0, y0 : its upper left corner
+    size : its side
+    own_x, own_y : first and one past the last pixel that it owns along each axis
+    """
 
     x0: int
     y0: int

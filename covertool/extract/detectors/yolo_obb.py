@@ -10,7 +10,7 @@ https://docs.ultralytics.com/tasks/obb/
 from __future__ import annotations
 
 import ast
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -144,16 +144,8 @@ class YoloObbDetector:
         part = rgb[block.y0 : block.y0 + size, block.x0 : block.x0 + size]
         padding = ((0, size - part.shape[0]), (0, size - part.shape[1]), (0, 0))
         found = self._decode(self._run(np.pad(part, padding, constant_values=_FILL)))
-        placed = Detections(
-            found.x_px + block.x0,
-            found.y_px + block.y0,
-            found.heading_deg,
-            found.length_px,
-            found.width_px,
-            found.score,
-            found.kind,
-        )
-        x, y = placed.x_px, placed.y_px
+        x, y = found.x_px + block.x0, found.y_px + block.y0
+        placed = replace(found, x_px=x, y_px=y)
         inside = (x >= block.own_x[0]) & (x < block.own_x[1])
         return placed.take(inside & (y >= block.own_y[0]) & (y < block.own_y[1]))
 

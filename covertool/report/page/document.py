@@ -34,7 +34,14 @@ _UNIT = re.compile(r"(?<=\d) (%|m\b|m²|km\b)")
 
 @dataclass(frozen=True)
 class Switch:
-    """One check box of the map."""
+    """One check box of the map.
+
+    Attributes
+    ----------
+    key, label, form : as in :class:`covertool.report.page.maplayer.MapLayer`
+    light, dark : its colour in both schemes
+    on : whether it is ticked at first
+    """
 
     key: str
     label: str

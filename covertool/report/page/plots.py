@@ -85,7 +85,14 @@ def level_plot(x: Floats, percents: Floats, *, x_label: str, unit: str) -> figur
 
 @dataclass(frozen=True)
 class ArmPair:
-    """The mean error of a case with and without parked cars, and its bound; None where unknown."""
+    """The mean error of a case with and without parked cars, and its bound; None where unknown.
+
+    Attributes
+    ----------
+    case : estimator, zone and range noise in words
+    traditional_m, proposed_m : mean error without and with parked cars
+    bound_m : the least RMSE that is possible with parked cars
+    """
 
     case: str
     traditional_m: float | None
@@ -127,7 +134,14 @@ def error_plot(pairs: Sequence[ArmPair], lines: Sequence[tuple[str, float]]) -> 
 
 @dataclass(frozen=True)
 class Saving:
-    """What parked cars take off the mean error, in percent, with its interval where known."""
+    """What parked cars take off the mean error, in percent, with its interval where known.
+
+    Attributes
+    ----------
+    case : estimator, zone and range noise in words
+    percent : the improvement
+    low, high : ends of its 95 % interval
+    """
 
     case: str
     percent: float
