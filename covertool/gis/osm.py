@@ -62,6 +62,14 @@ def read_parking_areas(path: str | Path) -> gpd.GeoDataFrame:
     return _read(path, "SELECT * FROM multipolygons WHERE amenity = 'parking'")
 
 
+def read_buildings(path: str | Path) -> gpd.GeoDataFrame:
+    """Return the areas of an OSM extract that carry a ``building`` tag, in a working CRS.
+
+    The columns are those of `read_roads`.
+    """
+    return _read(path, "SELECT * FROM multipolygons WHERE building IS NOT NULL")
+
+
 def _read(path: str | Path, sql: str) -> gpd.GeoDataFrame:
     import pyogrio
 
