@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from covertool import crs as crs_door
 from covertool.errors import CrsError
 from covertool.gis.provenance import provenances
+from covertool.report.findings import RUN_ID_DIGITS
 from covertool.report.parts import PARTS, typed
 
 if TYPE_CHECKING:
@@ -68,7 +69,7 @@ class ReportStudy:
     @property
     def run_id(self) -> str:
         """The first twelve digits of the study's SHA-256: the same study, the same id."""
-        return self.sha256[:12]
+        return self.sha256[:RUN_ID_DIGITS]
 
     @property
     def title(self) -> str:
