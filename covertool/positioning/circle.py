@@ -17,13 +17,13 @@ Moments = tuple[float, float, float, float, float, float]
 
 _CURVED = 0.25**2
 """Square of spread across over distance beyond which the circle is summed around."""
+_BENDS = (2.0 * 0.1) ** 2
+"""Square of twice the way that a circle may bend off its tangent, in standard deviations."""
 _SHARP = 3.0**2
 """Square of range over its noise below which the circle is too blurred for that."""
 _SURPRISE = 3.0**2
 """A range beyond three standard deviations says that a car has settled on the wrong side of a
 neighbour: it then doubts itself until the range lies at three."""
-_DEEP = 4.0
-"""How much lower a valley around a circle is than what it parts, where those are two places."""
 _RAYS = 128
 _SECTOR = (2.0 * np.pi / _RAYS) ** 2 / 12.0
 _ANGLE = np.arange(_RAYS) * (2.0 * np.pi / _RAYS)
@@ -140,7 +140,7 @@ def two_sides(
     """Return the two places on a circle where a car may be, the likelier one first.
 
     Each is its share, mean and covariance. With no second place its share is 0: there is none
-    where the weights around the circle have a single top, or no deep valley between two.
+    where the weights around the circle have a single top.
     """
     nothing = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     if not _bent(dx, dy, xx, xy, yy, measured_m, r):
@@ -156,7 +156,7 @@ def two_sides(
     for step in range(top + right + 1, top - left + _RAYS):
         second = max(second, weight[step % _RAYS])
     ground = max(weight[(top - left) % _RAYS], weight[(top + right) % _RAYS])
-    if other[0] <= 0.0 or second < _DEEP * ground:
+    if other[0] <= 0.0 or second <= ground:
         return nothing, nothing
     if other[0] > one[0]:
         one, other = other, one
@@ -183,11 +183,17 @@ def _around(
 def _bent(
     dx: float, dy: float, xx: float, xy: float, yy: float, measured_m: float, r: float
 ) -> bool:
-    """Return whether the circle is far from straight over the spread across the line of sight."""
-    d2 = dx * dx + dy * dy
-    across = (dy * dy * xx - 2.0 * dx * dy * xy + dx * dx * yy) / max(d2, 1e-18)
+    """Return whether the circle is far from straight over the spread across the line of sight.
+
+    That is by its angle, or by how far it bends away from its tangent, as long as that is not
+    blurred by what the range and the spread along the line of sight leave open.
+    """
+    d2 = max(dx * dx + dy * dy, 1e-18)
+    across = (dy * dy * xx - 2.0 * dx * dy * xy + dx * dx * yy) / d2
+    along = xx + yy - across
     sharp = measured_m > 0.0 and measured_m * measured_m > _SHARP * r
-    return sharp and across > _CURVED * max(d2, 1e-18) and xx * yy - xy * xy > 1e-12
+    bends = across > _CURVED * d2 or across * across > _BENDS * d2 * (along + r)
+    return sharp and bends and xx * yy - xy * xy > 1e-12
 
 
 @kernel

@@ -15,10 +15,10 @@ from covertool.model import Floats
 from covertool.positioning.circle import Spread, expect, moments
 from covertool.positioning.kernel import kernel
 
-LEAST_SHARE = 1e-4
+LEAST_SHARE = 1e-6
 """A side that is less probable than this is given up."""
 
-_NEAR2 = 4.0
+_NEAR2 = 1.0
 """Square of standard deviations between two sides below which they are one place."""
 
 Side = Floats
