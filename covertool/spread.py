@@ -266,6 +266,7 @@ def _on_dask(
 
 
 def _client(distributed: Any, workers: int, scheduler: str) -> Any:
+    """Return a client of the scheduler at an address, or of a cluster started here."""
     if scheduler == LOCAL_CLUSTER:
         return distributed.Client(
             n_workers=workers,

@@ -88,6 +88,7 @@ class _Watched:
 
 
 def _parser(stream: _Watched) -> Iterator[tuple[str, Element]]:
+    """Return lxml's events, with nothing fetched, expanded or kept that need not be."""
     parser: Iterator[tuple[str, Element]] = etree.iterparse(
         stream,
         events=("start", "end"),

@@ -110,6 +110,7 @@ def queue(
 def _options(
     share: list[str] | None, driving_side: str, lane_width: float, stop_line: float, seed: int
 ) -> QueueOptions:
+    """Return how the queues are laid out."""
     from covertool.congestion.fill import QUEUE_SHARE
     from covertool.congestion.queues import QueueOptions
 
@@ -146,6 +147,7 @@ def _coverage(cars: Anchors, study: Path | None, radii: list[float]) -> Coverage
 def _content(
     cars: QueuedCars, seed: int, report: CoverageReport | None, made_from: Provenance
 ) -> dict[str, Any]:
+    """Return the content of ``anchors queue --json``."""
     coverage = [
         {
             "origin": result.origin,
@@ -166,6 +168,7 @@ def _content(
 
 
 def _print(report: CoverageReport) -> None:
+    """Print the coverage by each origin and by all together."""
     print_table(
         ["anchors", "radius m", "number", "Level 1 %", "Level 2 %", "Level 3 %", "covered %"],
         [

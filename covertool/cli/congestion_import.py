@@ -117,6 +117,7 @@ def _options(
     free_speed: float | None,
     allow_partial: bool,
 ) -> FeedOptions:
+    """Return what the options say that the feed does not."""
     from covertool.congestion.clock import parse_instant, zone
     from covertool.congestion.feeds.protocol import SPEED_UNITS, FeedOptions
 
@@ -139,6 +140,7 @@ def _options(
 
 
 def _with_sites(feed_options: FeedOptions, sites: Path | None, feed_format: str) -> FeedOptions:
+    """Return the options with the places of a site table, or of TRIPS' routes."""
     from dataclasses import replace
 
     from covertool.gis.streams import open_stream
@@ -194,6 +196,7 @@ def _observations(
     segments: str | None,
     overwrite: bool,
 ) -> tuple[int, dict[str, int]]:
+    """Write the observations of a feed; return how many, and how many of each status."""
     from collections import Counter
     from collections.abc import Iterator
     from dataclasses import replace

@@ -102,6 +102,7 @@ def _run(
     scheduler: str | None,
     resume: Path | None,
 ) -> dict[str, list[LayoutResult]]:
+    """Drive and position the layouts of each scenario, behind a bar."""
     if not scenarios:
         return {}
     from covertool.gis.provenance import sha256, versions

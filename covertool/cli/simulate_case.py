@@ -82,6 +82,7 @@ def _shipped(asked: Asked) -> Case:
 
 
 def _recorded(asked: Asked) -> Case:
+    """Return the traffic of an existing trace."""
     from covertool.traffic.encounters import anchors_on_way
     from covertool.traffic.mobility import recorded
     from covertool.traffic.network import read_network
@@ -98,6 +99,7 @@ def _recorded(asked: Asked) -> Case:
 
 
 def _driven(asked: Asked, *, synthetic: bool = False) -> Case:
+    """Return the traffic that SUMO drives, once for each seed."""
     from covertool.traffic.mobility import drive
 
     with tempfile.TemporaryDirectory(prefix="covertool-") as folder:

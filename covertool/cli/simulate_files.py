@@ -104,6 +104,7 @@ class Files:
             say(f"wrote {rows:,} steps to {self.traces}")
 
     def _write_for_sumo(self, case: Case, experiment: Experiment, found: Simulation) -> None:
+        """Write what SUMO-GUI shows, and what SUMO's own tools read."""
         from covertool.traffic.sumo_files import write_additional, write_estimated_fcd
 
         mobility = found.mobilities[0]
@@ -131,6 +132,7 @@ class Files:
     def _write_figures(
         self, case: Case, experiment: Experiment, found: Simulation, workers: int
     ) -> None:
+        """Draw the errors over time, and what parked cars save by their density."""
         from covertool.gis.figure import write_figure
 
         if self.plot is not None:
@@ -179,6 +181,7 @@ def _follow(
     cars: tuple[str, ...] = (),
     only: str | None = None,
 ) -> list[PositionTracks]:
+    """Return the tracks of each case of the first scenario; with an arm, of its first case."""
     from covertool.traffic.estimates import follow, track_cases
 
     arms = experiment.arms if only is None else (only,)

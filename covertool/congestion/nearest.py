@@ -70,6 +70,7 @@ def _codes(ids: Objects, segment_ids: Objects) -> npt.NDArray[np.int64]:
 
 
 def _report_strangers(observations: Observations, codes: npt.NDArray[np.int64]) -> None:
+    """Warn of observations of unknown segments; refuse when there are no others."""
     strange = codes < 0
     if not strange.any():
         return

@@ -129,6 +129,7 @@ def _day(
     weights: Floats,
     options: OccupancyOptions,
 ) -> OccupancyDay:
+    """Return the figures of one date and window."""
     known = status != UNKNOWN
     flowing = known & (status != CLOSED)
     occupied = flowing & np.isin(status.astype(str), list(options.occupied))
@@ -198,6 +199,7 @@ def _mean(
     days: Sequence[OccupancyDay],
     mean_of: MeanOf,
 ) -> OccupancyMean | None:
+    """Return the mean of a group's cells or days in a window; None where it has none."""
     figures: Sequence[OccupancyCell | OccupancyDay] = cells if mean_of == "cells" else days
     chosen = [f for f in figures if f.day in members and f.window == window]
     if not chosen:

@@ -97,6 +97,7 @@ def check_radii(radius_m: Floats) -> None:
 
 
 def _own_radii(anchors: Anchors) -> Radii:
+    """Return the radius that each anchor names, itself or by its class."""
     each = np.array(anchors.radius_m, dtype=float)
     classes = np.array(anchors.device_class, dtype=object)
     classes[np.isfinite(each)] = None

@@ -36,6 +36,7 @@ def finding_tables(
 
 
 def _penetration(points: Sequence[PenetrationPoint]) -> pd.DataFrame:
+    """Return one row for each share, radius and level."""
     import pandas as pd
 
     return pd.DataFrame(
@@ -55,6 +56,7 @@ def _penetration(points: Sequence[PenetrationPoint]) -> pd.DataFrame:
 
 
 def _zones(zones: Sequence[ZoneCoverage]) -> pd.DataFrame:
+    """Return one row for each zone, radius and level."""
     import pandas as pd
 
     return pd.DataFrame(

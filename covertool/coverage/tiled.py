@@ -102,6 +102,7 @@ def tile_regions(job: TileJob, ledger: Ledger) -> Iterator[tuple[int, TileFindin
 
 
 def _report(job: TileJob, tiles: Sequence[TileFindings], total_m2: float) -> CoverageReport:
+    """Return the levels of every radius and origin over all tiles."""
     counts: dict[str, int] = {}
     for tile in tiles:
         for origin, count in tile.anchors.items():
@@ -153,6 +154,7 @@ def _joined(
 
 
 def _zones(job: TileJob, tiles: Sequence[TileFindings]) -> Iterator[ZoneCoverage]:
+    """Yield the coverage of each zone at each radius over all tiles."""
     if job.wish.zones is None:
         return
     parts: dict[tuple[str, Radius], list[ZonePart]] = {}

@@ -163,6 +163,7 @@ class TileJob:
     def _levels(
         self, area: shapely.MultiPolygon, near: Anchors, origins: Sequence[str]
     ) -> dict[Key, RadiusCoverage]:
+        """Return the levels of every radius, by all anchors and by those of each origin."""
         found: dict[Key, RadiusCoverage] = {}
         for radius in self.radii:
             together = radius_coverage(near, radii_of(near, radius), area)
@@ -179,6 +180,7 @@ class TileJob:
     def _zones(
         self, area: shapely.MultiPolygon, near: Anchors, own: Anchors
     ) -> dict[tuple[str, Radius], ZonePart]:
+        """Return what the tile holds of each zone at each radius."""
         zones = self.wish.zones.read() if self.wish.zones is not None else {}
         found: dict[tuple[str, Radius], ZonePart] = {}
         for zone, shapes in zones.items():

@@ -68,6 +68,7 @@ def _draw(
     rings: Objects,
     colour: tuple[int, int, int],
 ) -> None:
+    """Draw outlines on the picture, smoothed to a sixteenth of a pixel."""
     import cv2
 
     fraction = 4

@@ -170,6 +170,7 @@ def _job(
     force: bool,
     core_px: int,
 ) -> _Job:
+    """Return the work on all windows, once the options have been checked."""
     least = detector.threshold if threshold is None else threshold
     if not 0 <= least <= 1:
         raise OptionError(f"a threshold of {least} is no score", "--threshold", "use 0 to 1")
@@ -255,6 +256,7 @@ def _judged(
     rule: ParkedRule,
     outline: shapely.Polygon | None,
 ) -> Vehicles:
+    """Return the vehicles with their sites, parked or driving."""
     site, parked = judge(
         cars.x_m,
         cars.y_m,

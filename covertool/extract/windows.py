@@ -195,6 +195,7 @@ def _resample(
     corner: tuple[int, int],
     grid: WorkingGrid,
 ) -> tuple[Pixels, Mask]:
+    """Return a part of the image on the working grid, and where it holds data."""
     import cv2
 
     x0, y0, x1, y1 = outer

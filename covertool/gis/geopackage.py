@@ -122,6 +122,7 @@ def _write_layer(path: Path, name: str, layer: pd.DataFrame | Parts) -> int:
 
 
 def _write_rows(path: Path, name: str, frame: pd.DataFrame, *, append: bool) -> None:
+    """Write the rows of a layer or table, or add them to those that are there."""
     import pyogrio
 
     table = typed(frame)
@@ -163,6 +164,7 @@ def _write_rows(path: Path, name: str, frame: pd.DataFrame, *, append: bool) -> 
 def _write_tables(
     path: Path, layers: Mapping[str, pd.DataFrame], metadata: Mapping[str, str]
 ) -> None:
+    """Write styles and metadata beside the layers."""
     with closing(sqlite3.connect(path)) as connection, connection:
         connection.execute(_STYLES)
         connection.execute(_METADATA)

@@ -91,6 +91,7 @@ def _raster_crs(dataset: Any) -> CRS | None:
 
 
 def _settled(found: CRS | None, assigned: CRS | None, path: Path) -> CRS:
+    """Return the CRS of a georeference: its own, or the one that the user assigns to it."""
     if found is None and assigned is None:
         raise CrsError(
             "the raster has a georeference and names no CRS", str(path), "add --crs EPSG:CODE"
@@ -147,6 +148,7 @@ def _placed(
 def _raster(
     path: Path, known: Format, dataset: Any, raster_crs: CRS, affine: tuple[float, ...]
 ) -> GeoRaster:
+    """Return an opened raster at its place on the map, once its georeference has been checked."""
     a, b, c, d, e, f = affine
     if abs(a * e - b * d) == 0 or not all(map(math.isfinite, affine)):
         raise FileError(

@@ -95,6 +95,7 @@ def require_readable(path: Path) -> None:
 
 
 def _require_content(path: Path, known: Format) -> None:
+    """Refuse a file whose bytes are not those of its extension, or which is cut off."""
     with path.open("rb") as file:
         head = file.read(_HEAD)
         good = any(head[at : at + len(sign)] == sign for at, sign in known.signatures)

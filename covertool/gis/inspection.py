@@ -144,6 +144,7 @@ def _table(path: Path, known: Format) -> Part | None:
 
 
 def _layer(spec: str, name: str) -> Part:
+    """Return what is in one layer; one that cannot be read has that for its problem."""
     try:
         layer = read_layer(spec, name)
     except CovertoolError as error:
@@ -180,6 +181,7 @@ def _scale(crs: CRS, bounds: Any) -> Iterator[str]:
 
 
 def _problems(layer: Layer, geometries: Any, frame: gpd.GeoDataFrame) -> Iterator[str]:
+    """Yield what would be trouble, in words."""
     if len(frame) == 0:
         yield "the layer is empty"
     if crs_door.is_web_mercator(layer.crs):
@@ -205,6 +207,7 @@ def _repeated(geometries: Any) -> int:
 
 
 def _pixels(path: Path, known: Format) -> Part:
+    """Return what is in a raster."""
     dataset = open_dataset(path, known.driver)
     try:
         placed = dataset.transform != Affine.identity()

@@ -76,6 +76,7 @@ def _look(layer: str, choice: Choice | None) -> Style:
 def _write_folder(
     file: TextIO, style: str, layer: str, frame: gpd.GeoDataFrame, choice: Choice | None
 ) -> int:
+    """Write a folder with one placemark for each row, and return their number."""
     title = _look(layer, choice).title or layer
     name = title if choice is None else f"{title}, {choice.label}"
     visible = "" if choice is None or choice.shown else "<visibility>0</visibility>"
@@ -114,6 +115,7 @@ def _data(values: Mapping[str, Any]) -> str:
 
 
 def _geometry(shape: Any) -> str:
+    """Return a geometry as KML writes it; nothing for an empty one."""
     if shape is None or shape.is_empty:
         return ""
     if isinstance(shape, shapely.Point):

@@ -179,6 +179,7 @@ def _read_geopackage(opened: Path, path: Path, layer: str) -> Features:
 
 
 def _read_ogr(opened: Path, path: Path, layer: str) -> Features:
+    """Return the rows of a layer as GDAL reads them."""
     import geopandas as gpd
     import pyogrio
 
@@ -210,6 +211,7 @@ def _of_frame(frame: gpd.GeoDataFrame) -> Features:
 
 
 def _read_parquet(path: Path, assigned: CRS | None) -> gpd.GeoDataFrame:
+    """Return the rows of GeoParquet, or of a plain Parquet table with coordinates."""
     import geopandas as gpd
     import pandas as pd
     import pyarrow as pa
@@ -228,6 +230,7 @@ def _read_parquet(path: Path, assigned: CRS | None) -> gpd.GeoDataFrame:
 
 
 def _settle_crs(read: Features, known: Format, assigned: CRS | None, where: str) -> CRS:
+    """Return the CRS of a layer: its own, or the one that the user assigns to it."""
     found = _named_crs(read.crs)
     if found is None:
         if assigned is None:

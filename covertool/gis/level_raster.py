@@ -80,6 +80,7 @@ def _write_tiled(
     transform: tuple[float, float, float, float, float, float],
     crs: CRS,
 ) -> None:
+    """Write the blocks as a plain tiled GeoTIFF, from which the COG is made."""
     with rasterio.open(
         path,
         "w",

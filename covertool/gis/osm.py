@@ -71,6 +71,7 @@ def read_buildings(path: str | Path) -> gpd.GeoDataFrame:
 
 
 def _read(path: str | Path, sql: str) -> gpd.GeoDataFrame:
+    """Return what a query finds in an extract."""
     import pyogrio
 
     checked, known = guard.input_file(path, OSM_FORMATS)
@@ -88,6 +89,7 @@ def _read(path: str | Path, sql: str) -> gpd.GeoDataFrame:
 
 
 def _to_working(frame: gpd.GeoDataFrame, path: Path) -> gpd.GeoDataFrame:
+    """Return what can be used of an extract, in metres of a working CRS."""
     repairs = Repairs(str(path))
     geometries = np.asarray(frame.geometry.array, dtype=object)
     frame = frame[repair.usable(geometries, repairs)].reset_index(drop=True)

@@ -69,6 +69,7 @@ def _symbol(style: Style, number: int) -> str:
 
 
 def _options(style: Style) -> dict[str, str]:
+    """Return the settings of a symbol by QGIS's names for them."""
     colour = _rgba(style.colour, style.opacity)
     if style.kind == "fill":
         if style.outline is None:

@@ -72,6 +72,7 @@ def _listed_files(path: Path) -> list[Path]:
 
 
 def _vrt_files(path: Path) -> list[Path]:
+    """Return the images of a VRT, the one on top first."""
     root = _parsed(path)
     if root.tag != "VRTDataset" or root.get("subClass") is not None:
         raise _too_much(path, root.get("subClass") or root.tag)
@@ -160,6 +161,7 @@ def _require_plain(vrt: Path, root: Any, band: Any, source: Any, file: Path) -> 
 
 
 def _require_whole(vrt: Path, root: Any, source: Any, dataset: Any, file: Path) -> None:
+    """Refuse an image that is drawn in part, elsewhere, or in another CRS than its own."""
     whole = (0.0, 0.0, float(dataset.width), float(dataset.height))
     seen = _rectangle(source.find("SrcRect"), whole)
     if seen != whole:

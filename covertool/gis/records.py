@@ -78,6 +78,7 @@ def _write_csv(path: Path, frames: Iterable[pd.DataFrame], schema: pa.Schema | N
 
 
 def _write_parquet(path: Path, frames: Iterable[pd.DataFrame], schema: pa.Schema | None) -> int:
+    """Write tables as Parquet and return the number of rows."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 

@@ -76,6 +76,7 @@ def _folder_for(temporary: Path) -> Iterator[Path]:
 
 
 def _write_parts(shp: Path, name: str, frame: gpd.GeoDataFrame, where: str) -> None:
+    """Write the files of one Shapefile, and count its rows again."""
     import pyogrio
 
     table = plain(frame)

@@ -91,6 +91,7 @@ class _UndatedZip(zipfile.ZipFile):
 
 
 def _fill(page: Any, sheet: Sheet, where: str) -> None:
+    """Write a sheet's names and rows into a page of a workbook."""
     from openpyxl.styles import Alignment, Font
 
     if len(sheet.rows) >= _ROWS:
@@ -142,6 +143,7 @@ def _width(sheet: Sheet, column: int) -> float:
 
 
 def _check(temporary: Path, path: Path, sheets: Sequence[Sheet]) -> None:
+    """Reopen the workbook and count the rows of each sheet."""
     import openpyxl
 
     book = openpyxl.load_workbook(temporary, read_only=True)

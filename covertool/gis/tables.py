@@ -88,6 +88,7 @@ def _known_spellings(columns: list[str]) -> dict[str, str]:
 
 
 def _coordinate_columns(columns: list[str], where: str, crs: CRS | None) -> tuple[str, str, CRS]:
+    """Return the names of the two columns of coordinates, and the CRS that they are in."""
     lower = {column.lower(): column for column in reversed(columns)}
     pick = [
         next((lower[alias] for alias in names if alias in lower), None)
@@ -133,6 +134,7 @@ def warn_of_near_misses(columns: list[str], where: str) -> None:
 
 
 def _read_text_table(path: Path) -> pd.DataFrame:
+    """Return a CSV file as text, whatever its delimiter and encoding."""
     import pandas as pd
 
     encoding = _encoding(path)

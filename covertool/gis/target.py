@@ -87,6 +87,7 @@ def _bounds(geometries: Objects, source: CRS) -> Bounds | None:
 
 
 def _warn_of_stretch(bounds: Bounds, source: CRS, target: CRS, where: str) -> None:
+    """Warn when lengths at the corners of the data are off by more than one in a hundred."""
     if crs_door.is_image_plane(target):
         return
     x, y = np.array(bounds)[[0, 2, 0, 2]], np.array(bounds)[[1, 1, 3, 3]]

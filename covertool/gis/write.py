@@ -126,6 +126,7 @@ def _whole(path: Path, layers: Mapping[str, pd.DataFrame | Parts]) -> dict[str, 
 def _write_single(
     path: Path, known: Format, name: str, frame: gpd.GeoDataFrame, about: str
 ) -> None:
+    """Write one layer in a format that holds no more, and count its rows again."""
     if known is formats.SHAPEFILE:
         write_shapefile(path, name, frame)
         return
@@ -145,6 +146,7 @@ def _write_single(
 def _write_ogr(
     path: Path, known: Format, name: str, frame: gpd.GeoDataFrame, **layer_options: str
 ) -> None:
+    """Write a layer by GDAL."""
     import pyogrio
 
     kind = layer_kind(name, frame)
@@ -204,6 +206,7 @@ def _write_kml(
 
 
 def _write_csv(path: Path, frame: gpd.GeoDataFrame, target: Path) -> None:
+    """Write points as a table whose first columns are their coordinates."""
     import pandas as pd
 
     kinds = set(np.unique(shapely.get_type_id(frame.geometry.array)).tolist())
@@ -234,6 +237,7 @@ def _check(temporary: Path, known: Format, path: Path, expected: int) -> None:
 
 
 def _count(path: Path, known: Format) -> int:
+    """Return the rows of a written file, as another reader finds them."""
     if known is formats.GEOPARQUET:
         import pyarrow.parquet as pq
 

@@ -137,6 +137,7 @@ def run_layouts(
 
 
 def _result(found: Simulation) -> LayoutResult:
+    """Return what the tables need of a simulation, its cars numbered as the paper's are."""
     report, met = found.report, found.met[0]
     ways = {name: Met(int(met.met[met.row(name)]), float(met.path_km[met.row(name)]))
             for name in found.vehicles}  # fmt: skip

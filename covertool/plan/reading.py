@@ -75,6 +75,7 @@ def read_plan(path: Path, verbs: Mapping[str, Verb], sample: Path) -> Plan:
 
 
 def _toml(path: Path) -> dict[str, Any]:
+    """Return the content of a plan."""
     try:
         with path.open("rb") as file:
             content = file.read(_LARGEST_PLAN + 1)
@@ -148,6 +149,7 @@ def _stage(
     study: str,
     path: Path,
 ) -> Stage:
+    """Return the stage that a table of the plan describes."""
     known = {p.key: p for p in verb.parameters if p.key not in _SET_BY_THE_PLAN}
     words: list[str] = []
     options: list[str] = []

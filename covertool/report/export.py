@@ -150,6 +150,7 @@ def _chosen(
 def _export_tables(
     study: Path, path: Path, known: Format, table: str | None, overwrite: bool
 ) -> None:
+    """Write one table or all of them, by the format."""
     found = read_findings(study)
     sheets = tables.sheets(found) if table is None else [tables.sheet(found, table)]
     if known is XLSX:

@@ -36,6 +36,7 @@ def latex(sheets: Iterable[Sheet]) -> str:
 
 
 def _latex_table(sheet: Sheet) -> str:
+    """Return one sheet as a LaTeX table."""
     columns = "".join("r" if _is_number(sheet, i) else "l" for i in range(len(sheet.headings)))
     lines = [
         r"\begin{table}",

@@ -129,6 +129,7 @@ def number(value: float | None, digits: int = 2) -> str:
 
 
 def _error_row(result: PositioningResult, better: Mapping[Key, PositioningImprovement]) -> Row:
+    """Return one row of the table of errors."""
     found = better.get(_result_key(result)) if result.arm == "proposed" else None
     errors = (
         result.mean_error_m, result.sd_error_m, result.rmse_m, result.median_error_m,

@@ -132,6 +132,7 @@ def _scaled(value: Any, factor: float) -> Cell:
 
 
 def _summary(found: Findings) -> Sheet:
+    """Return the figures of a study that are asked for first."""
     rows: list[tuple[Cell, ...]] = [
         ("study", found.name, "", found.metadata.get("title")),
         ("run", found.run_id, "", "first digits of the study's SHA-256"),
@@ -189,6 +190,7 @@ def _congested(found: Findings) -> list[tuple[Cell, ...]]:
 
 
 def _improved(found: Findings) -> list[tuple[Cell, ...]]:
+    """Return what parked cars take off the position error, case by case."""
     table = found.tables.get("improvements")
     if table is None or not {"vehicle", "percent", "estimator"} <= set(table.columns):
         return []

@@ -93,6 +93,7 @@ def draw(study: Path, options: MapOptions, metadata: Mapping[str, str]) -> tuple
 def _draw_map(
     study: Path, view: MapView, options: MapOptions, metadata: Mapping[str, str]
 ) -> Figure:
+    """Return a map of the layers that a view shows."""
     layers = read_layers(study, view.layers)
     if view.needed not in layers:
         raise FileError(
@@ -124,6 +125,7 @@ def footnote(study: Path, options: MapOptions, metadata: Mapping[str, str]) -> s
 
 
 def _draw_curve(study: Path, options: MapOptions, metadata: Mapping[str, str]) -> Figure:
+    """Return coverage against the radius, or against the share of equipped cars."""
     part = PARTS[options.show]
     frame = read_tables(study, [part.table]).get(part.table)
     if frame is None:

@@ -155,6 +155,7 @@ def recorded(
 
 
 def _check(network: Network, step_s: float, anchors: Anchors | None, anchors_as: str) -> None:
+    """Refuse options that are out of range, and anchors of another CRS."""
     if anchors_as not in ANCHORS_AS:
         raise OptionError(
             f"anchors cannot stand as {anchors_as!r}",

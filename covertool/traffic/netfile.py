@@ -150,6 +150,7 @@ class _RawEdge:
 
 
 def _raw_edge(element: Element, where: str) -> _RawEdge:
+    """Return an edge with those of its lanes that cars may use."""
     lanes = {
         lane.get("index", ""): dict(lane.attrib)
         for lane in element.iterchildren("lane")

@@ -66,6 +66,7 @@ class Simulation:
         return tuple(self._density(vehicle) for vehicle in self.vehicles)
 
     def _density(self, vehicle: str) -> CarDensity:
+        """Return what a car met and what that saved it, in each scenario that has it."""
         rows = []
         for scenario, met in zip(self.scenarios, self.met, strict=True):
             percents = [

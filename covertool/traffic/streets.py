@@ -108,6 +108,7 @@ def network_from_streets(
 
 
 def _require(streets: gpd.GeoDataFrame) -> CRS:
+    """Return the CRS of the streets, once their columns and lines have been checked."""
     missing = [name for name in ("kind", "width_m") if name not in streets]
     if missing:
         raise ColumnError(
@@ -254,6 +255,7 @@ def _signals(pieces: list[_Piece], streets: list[_Street]) -> set[int]:
 def _write_nodes(
     path: Path, junctions: Floats, signals: set[int], origin: Floats, crs: CRS
 ) -> None:
+    """Write the junctions, those with traffic lights named, and where the net lies."""
     x, y = junctions.min(axis=0)
     x1, y1 = junctions.max(axis=0)
     box = f"{x:.2f},{y:.2f},{x1:.2f},{y1:.2f}"
@@ -279,6 +281,7 @@ def _write_types(path: Path, kinds: list[str]) -> None:
 
 
 def _write_edges(path: Path, pieces: list[_Piece], streets: list[_Street], origin: Floats) -> None:
+    """Write both directions of every piece as edges of one lane."""
     rows = []
     for piece in pieces:
         street = streets[piece.street]

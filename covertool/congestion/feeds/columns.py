@@ -107,6 +107,7 @@ def _required(frame: pd.DataFrame, name: str, options: FeedOptions) -> pd.Series
 
 
 def _numbers(frame: pd.DataFrame, name: str, options: FeedOptions) -> Floats:
+    """Return a column as floats of at least 0; NaN where it is empty or absent."""
     import pandas as pd
 
     if name not in frame:

@@ -50,6 +50,7 @@ class _Publication:
     words: dict[str | None, str] = field(default_factory=dict)
 
     def records(self, stream: BinaryIO) -> Iterator[FlowRecord]:
+        """Yield the records of a publication, and warn at its end of what was left out."""
         situations = Situations(self.options)
         for name, element in elements(stream, (*_RECORDS, *_HEADS), self.options):
             if name in _HEADS:

@@ -41,6 +41,7 @@ class Situations:
         return (record for _, record in self._latest.values() if record is not None)
 
     def _record(self, key: str, element: Element, published: datetime) -> FlowRecord | None:
+        """Return what a situation tells about the flow, or None when it tells nothing."""
         status = self._status(element)
         if status is None:
             kind = str(element.get(_TYPE, "situation record")).rpartition(":")[2]

@@ -30,6 +30,7 @@ def read(stream: BinaryIO, options: FeedOptions) -> Iterator[Observations]:
 
 
 def _records(stream: BinaryIO, options: FeedOptions) -> Iterator[FlowRecord]:
+    """Yield one record for each edge and interval."""
     if options.time is None:
         raise ColumnError(
             "SUMO counts seconds from the start of the simulation",

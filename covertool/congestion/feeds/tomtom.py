@@ -25,6 +25,7 @@ def read(stream: BinaryIO, options: FeedOptions) -> Iterator[Observations]:
 
 
 def _records(stream: BinaryIO, options: FeedOptions) -> Iterator[FlowRecord]:
+    """Yield the one record of a flow segment."""
     flow = read_object(stream, options).get("flowSegmentData")
     if not isinstance(flow, dict):
         raise FileError("there is no flowSegmentData", options.where, "give a TomTom flow segment")

@@ -140,6 +140,7 @@ def sites(segments: gpd.GeoDataFrame) -> dict[str, Site]:
 
 
 def _table(stream: BinaryIO, options: FeedOptions, needed: tuple[str, ...]) -> pd.DataFrame:
+    """Return a TRIPS file as text, with the columns that are needed."""
     import pandas as pd
 
     try:

@@ -30,6 +30,7 @@ def read(stream: BinaryIO, options: FeedOptions) -> Iterator[Observations]:
 
 
 def _records(stream: BinaryIO, options: FeedOptions) -> Iterator[FlowRecord]:
+    """Yield one record for each jam."""
     content = read_object(stream, options)
     jams = content.get("jams")
     if not isinstance(jams, list):

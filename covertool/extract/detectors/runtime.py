@@ -22,6 +22,7 @@ def load_network(weights: bytes) -> Network:
 
 
 def _by_onnxruntime(weights: bytes) -> Network:
+    """Return a function that runs the network by onnxruntime, on one thread."""
     import onnxruntime
 
     options = onnxruntime.SessionOptions()

@@ -45,6 +45,7 @@ def by_radius(frame: pd.DataFrame) -> dict[str, dict[int, pd.Series]]:
 
 
 def _summary(study: ReportStudy) -> list[Block]:
+    """Return the shares of each radius as bars, and as tables in percent and square metres."""
     frame = study.table("coverage_summary")
     if frame is None:
         return [Missing("how much of the transit area each level takes", study.command("coverage"))]
@@ -77,6 +78,7 @@ def _everyone(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def _curve(study: ReportStudy) -> list[Block]:
+    """Return coverage against the radius as a plot and a table."""
     frame = study.table("coverage_curve")
     if frame is None:
         return [Missing("coverage against the radius", study.command("curve"))]
@@ -95,6 +97,7 @@ def _curve(study: ReportStudy) -> list[Block]:
 
 
 def _penetration(study: ReportStudy) -> list[Block]:
+    """Return coverage against the share of equipped cars as a plot and a table, by radius."""
     frame = study.table("coverage_penetration")
     if frame is None:
         what = "coverage when only a share of the cars is equipped"
@@ -119,6 +122,7 @@ def _penetration(study: ReportStudy) -> list[Block]:
 
 
 def _zones(study: ReportStudy) -> list[Block]:
+    """Return one table of zones for each radius."""
     frame = study.table("coverage_zones")
     if frame is None:
         return [Missing("coverage by zone", study.command("zones"))]

@@ -102,6 +102,7 @@ def _map(study: ReportStudy) -> tuple[TownMap | None, str]:
 
 
 def _render(study: ReportStudy, drawn: TownMap | None, crs: str, sections: list[Section]) -> str:
+    """Return the page with everything that it needs put into it."""
     figures: dict[str, Model] = {}
     if drawn is not None:
         figures["map"] = drawn.plot

@@ -77,6 +77,7 @@ def _bounds(layers: Sequence[MapLayer]) -> Bounds:
 
 
 def _empty_figure(frame: MapFrame) -> figure:
+    """Return a figure over the frame, which can be moved and zoomed."""
     wheel = WheelZoomTool(modifiers={"ctrl": True})
     plot = figure(
         name="map",

@@ -74,7 +74,10 @@ def _transit(frame: gpd.GeoDataFrame, _: ReportStudy) -> list[MapLayer]:
 
 
 def _level(level: int) -> Callable[[gpd.GeoDataFrame, ReportStudy], list[MapLayer]]:
+    """Return what makes the layers of a level, one for each radius."""
+
     def make(frame: gpd.GeoDataFrame, _: ReportStudy) -> list[MapLayer]:
+        """Return the patches of one level, radius by radius."""
         made = []
         names = np.array(radius_names(frame), dtype=object)
         for name in dict.fromkeys(names):
@@ -108,6 +111,7 @@ def _zones(frame: gpd.GeoDataFrame, study: ReportStudy) -> list[MapLayer]:
 
 
 def _segments(frame: gpd.GeoDataFrame, study: ReportStudy) -> list[MapLayer]:
+    """Return the street segments as a layer to switch on."""
     values = texts(
         frame,
         {
@@ -141,6 +145,7 @@ _CONGESTION = (
 
 
 def _congestion(frame: gpd.GeoDataFrame, _: ReportStudy) -> list[MapLayer]:
+    """Return one layer for each kind of street, the occupied ones on top."""
     columns: Columns = {
         "segment_id": ("Segment", str),
         "status": ("Status", str),
@@ -198,6 +203,7 @@ _ORIGINS = {
 
 
 def _anchors(frame: gpd.GeoDataFrame, _: ReportStudy) -> list[MapLayer]:
+    """Return one layer for each origin of anchors."""
     origins = np.array([str(v) for v in column(frame, "origin", "parked")], dtype=object)
     columns: Columns = {
         "id": ("Anchor", str),

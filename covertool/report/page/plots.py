@@ -207,6 +207,7 @@ def _upright(plot: figure, at: float, dash: str) -> None:
 def _dots(
     plot: figure, values: Sequence[tuple[str, float | None]], entry: KeyEntry, unit: str
 ) -> None:
+    """Draw one dot a case, or an upright tick, with its pop-up."""
     known = [(case, value) for case, value in values if value is not None]
     if not known:
         return

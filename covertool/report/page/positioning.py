@@ -60,6 +60,7 @@ def positioning_section(study: ReportStudy) -> Section:
 
 
 def _errors(frame: pd.DataFrame) -> list[Block]:
+    """Return the errors of each case as a plot and as a table."""
     together = _of_all(frame)
     pairs, lines = _pairs(together), _lines(together)
     rows = tuple(
@@ -131,6 +132,7 @@ def _span(values: list[float]) -> str:
 
 
 def _savings(frame: pd.DataFrame) -> list[Block]:
+    """Return the improvement of each case as a plot and as a table."""
     together = _of_all(frame)
     known = [
         Saving(_case(row), percent, _number(row.get("ci95_low")), _number(row.get("ci95_high")))

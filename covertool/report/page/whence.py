@@ -82,6 +82,7 @@ def _inputs(told: list[dict[str, Any]]) -> Table:
 
 
 def _versions(told: list[dict[str, Any]]) -> Table:
+    """Return the versions of every engine that wrote into the study."""
     names = list(dict.fromkeys(name for one in told for name in _mapping(one.get("versions"))))
     rows = tuple(
         (
