@@ -25,6 +25,8 @@ _SURPRISE = 3.0**2
 """A range beyond three standard deviations says that a car has settled on the wrong side of a
 neighbour: it then doubts itself until the range lies at three."""
 _RAYS = 128
+_RESOLVED = (2.0 * 2.0 * np.pi / _RAYS) ** 2
+"""Square of spread across over distance below which it would fall between the rays."""
 _SECTOR = (2.0 * np.pi / _RAYS) ** 2 / 12.0
 _ANGLE = np.arange(_RAYS) * (2.0 * np.pi / _RAYS)
 _RAY = np.stack([np.cos(_ANGLE), np.sin(_ANGLE)], axis=1)
@@ -192,7 +194,8 @@ def _bent(
     across = (dy * dy * xx - 2.0 * dx * dy * xy + dx * dx * yy) / d2
     along = xx + yy - across
     sharp = measured_m > 0.0 and measured_m * measured_m > _SHARP * r
-    bends = across > _CURVED * d2 or across * across > _BENDS * d2 * (along + r)
+    bends = across > _RESOLVED * d2 and across * across > _BENDS * d2 * (along + r)
+    bends = bends or across > _CURVED * d2
     return sharp and bends and xx * yy - xy * xy > 1e-12
 
 
