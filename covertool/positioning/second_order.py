@@ -4,7 +4,8 @@ Each car fuses GPS, odometry and every range. Cars that range to each other beco
 a filter that forgets this counts the same information again and again and grows overconfident.
 Here each car keeps its correlation with the others, and a range updates the two cars at its ends
 (Schmidt 1966: the others are considered, not updated). Ranges are expanded to the second order
-(Athans, Wishner and Bertolini 1968), since a near neighbour's circle is far from straight.
+(Athans, Wishner and Bertolini 1968), since a near neighbour's circle is far from straight. Where
+ranges leave two sides open, a car keeps both (see ``mirror``).
 """
 
 from __future__ import annotations
