@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 LEVELS = (0, 1, 2, 3)
 """Level 0 hears no stationary car, 1 exactly one, 2 exactly two, 3 three or more."""
 
+LEVEL_LABELS = ("Level 0: none", "Level 1: one", "Level 2: two", "Level 3: three or more")
+"""What legends and tables call them."""
+
 
 @dataclass(frozen=True)
 class RadiusCoverage:

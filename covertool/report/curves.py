@@ -9,10 +9,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from covertool.model import Floats
+from covertool.model.coverage import LEVEL_LABELS
 from covertool.report.figures import LEVEL_1, LEVEL_2, LEVEL_3, TRANSIT
 
 _COLOURS = (LEVEL_3, LEVEL_2, LEVEL_1, TRANSIT)
-_LABELS = ("Level 3: three or more", "Level 2: two", "Level 1: one", "Level 0: none")
+_LABELS = LEVEL_LABELS[::-1]
 
 
 @dataclass(frozen=True)

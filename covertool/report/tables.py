@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from covertool.errors import FileError, OptionError
 from covertool.gis.provenance import provenances
+from covertool.model.coverage import LEVEL_LABELS, LEVELS
 from covertool.model.sheets import Cell, Heading, Sheet
 from covertool.report.dictionary import heading, meaning
 from covertool.report.findings import Findings
@@ -87,7 +88,6 @@ def _cell(value: Any) -> Cell:
     return str(value)
 
 
-_LEVEL_WORDS = ("none", "one", "two", "three or more")
 _OF_LEVELS: Mapping[str, tuple[str, str, float, int]] = {
     # column: (name, unit, factor, decimals)
     "area_m2": ("m2", "m2", 1.0, 0),
@@ -103,18 +103,16 @@ def _side_by_side(name: str, title: str, frame: pd.DataFrame) -> Sheet:
     values = [column for column in _OF_LEVELS if column in frame.columns]
     keys = [str(column) for column in frame.columns if column not in (*values, "level")]
     titles = [heading(key) for key in keys]
-    for level, words in enumerate(_LEVEL_WORDS):
+    for level, label in enumerate(LEVEL_LABELS):
         for column in values:
             short, unit, _, digits = _OF_LEVELS[column]
-            titles.append(
-                Heading(f"level_{level}_{short}", f"Level {level}: {words} ({unit})", digits)
-            )
+            titles.append(Heading(f"level_{level}_{short}", f"{label} ({unit})", digits))
     titles.append(Heading("covered_percent", "covered, Levels 1 to 3 (%)", 2))
     rows = []
     for key, group in frame.groupby(keys, dropna=False, sort=False):
         by_level = group.set_index("level")[values].to_dict("index")
         cells = [_cell(value) for value in key]
-        for level in range(len(_LEVEL_WORDS)):
+        for level in LEVELS:
             found = by_level.get(level, {})
             cells += [_scaled(found.get(column), _OF_LEVELS[column][2]) for column in values]
         shares = [by_level.get(level, {}).get(_share_of(values)) for level in (1, 2, 3)]

@@ -11,15 +11,16 @@ from bokeh.models.annotations import Span
 from bokeh.plotting import figure
 
 from covertool.model import Floats
+from covertool.model.coverage import LEVEL_LABELS
 from covertool.report.page import theme
 from covertool.report.page.blocks import KeyEntry
 from covertool.report.page.theme import coloured, dress
 
 _LEVELS = (
-    (3, "Level 3: three or more", theme.LEVELS[3]),
-    (2, "Level 2: two", theme.LEVELS[2]),
-    (1, "Level 1: one", theme.LEVELS[1]),
-    (0, "Level 0: none", theme.TRANSIT),
+    (3, LEVEL_LABELS[3], theme.LEVELS[3]),
+    (2, LEVEL_LABELS[2], theme.LEVELS[2]),
+    (1, LEVEL_LABELS[1], theme.LEVELS[1]),
+    (0, LEVEL_LABELS[0], theme.TRANSIT),
 )
 
 
