@@ -242,6 +242,15 @@ def status_of_words(words: Objects, profile: Profile | None = None) -> Objects:
     return np.array([known[distinct[word]] for word in words.tolist()], dtype=object)
 
 
+def status_of_word(word: str | None, profile: Profile | None = None) -> str:
+    """Return the status of one word; see `status_of_words`.
+
+    >>> status_of_word("congested", DATEX2_V2)
+    'very_slow'
+    """
+    return str(status_of_words(np.array([word], dtype=object), profile)[0])
+
+
 def _normal(word: object) -> str:
     if word is None or word != word:  # None and NaN
         return ""

@@ -11,11 +11,10 @@ from typing import BinaryIO
 
 import numpy as np
 
-from covertool.congestion.clock import parse_instant
 from covertool.congestion.feeds.protocol import FeedOptions, FlowRecord, Site, batches
 from covertool.congestion.feeds.situations import Situations
 from covertool.congestion.feeds.xmlstream import Element, elements, find, local_name, number, text
-from covertool.congestion.status import DATEX2_V2, UNKNOWN, status_of_words
+from covertool.congestion.status import DATEX2_V2, UNKNOWN, status_of_word
 from covertool.errors import ColumnError, FileError
 from covertool.model import Observations
 
@@ -69,20 +68,18 @@ class _Publication:
     def _head(self, name: str, element: Element) -> None:
         if name == "publicationTime":
             _refuse_v3(element, self.options)
-            self.published = self._parsed(element.text)
+            self.published = self.options.instant(element.text)
         elif name == "timeDefault":
-            self.default_time = self._parsed(element.text)
+            self.default_time = self.options.instant(element.text)
         else:
             self.default_status = text(element, "trafficStatusDefault")
             group = find(element, "predefinedNonOrderedLocationGroupReference")
             self.group = None if group is None else group.get("id")
 
-    def _parsed(self, value: str | None) -> datetime | None:
-        options = self.options
-        return parse_instant(value, options.tz, options.fold, options.where) if value else None
-
     def _time(self, value: str | None) -> datetime:
-        found = self._parsed(value) or self.default_time or self.published or self.options.time
+        found = (
+            self.options.instant(value) or self.default_time or self.published or self.options.time
+        )
         if found is None:
             raise ColumnError("the publication has no time", self.options.where, "add --time")
         return found
@@ -126,7 +123,7 @@ class _Publication:
     def _word(self, word: str | None) -> str:
         if word not in self.words:
             profile = self.options.word_profile(DATEX2_V2)
-            self.words[word] = str(status_of_words(np.array([word], dtype=object), profile)[0])
+            self.words[word] = status_of_word(word, profile)
         return self.words[word]
 
     def _defaults(self) -> Iterator[FlowRecord]:

@@ -17,7 +17,7 @@ from zoneinfo import ZoneInfo
 import numpy as np
 import shapely
 
-from covertool.congestion.clock import Fold, to_numpy
+from covertool.congestion.clock import Fold, parse_instant, to_numpy
 from covertool.congestion.status import DATEX, UNKNOWN, Profile, status_of_speed
 from covertool.errors import FileError, OptionError, TruncatedError
 from covertool.model import Observations
@@ -107,6 +107,14 @@ class FeedOptions:
         """The profile for relative speeds: the chosen one when it has bands, else the default."""
         chosen = self.profile
         return chosen if chosen is not None and chosen.bands is not None else DATEX
+
+    def instant(self, text: str | None) -> datetime | None:
+        """Return a feed's own time in UTC, or None where it names none.
+
+        >>> FeedOptions().instant("2014-06-16T13:00:00+01:00").isoformat()
+        '2014-06-16T12:00:00+00:00'
+        """
+        return parse_instant(text, self.tz, self.fold, self.where) if text else None
 
     def word_profile(self, own: Profile) -> Profile:
         """Return the profile for words: the chosen one when it has words, else the feed's own."""

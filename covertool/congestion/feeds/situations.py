@@ -6,13 +6,10 @@ from collections import Counter
 from collections.abc import Iterator
 from datetime import datetime
 
-import numpy as np
-
-from covertool.congestion.clock import parse_instant
 from covertool.congestion.feeds.protocol import FeedOptions, FlowRecord, Site
 from covertool.congestion.feeds.sites import line_in
 from covertool.congestion.feeds.xmlstream import Element, find, text
-from covertool.congestion.status import CLOSED, DATEX2_V2, status_of_words
+from covertool.congestion.status import CLOSED, DATEX2_V2, status_of_word
 
 _CLOSURES = ("roadClosed", "carriagewayClosures")
 _BLOCKED = ("roadBlocked", "carriagewayBlocked")
@@ -47,7 +44,7 @@ class Situations:
             kind = str(element.get(_TYPE, "situation record")).rpartition(":")[2]
             self.skipped[f"{kind} tells no traffic status"] += 1
             return None
-        start = self._time(element, "overallStartTime") or published
+        start = self.options.instant(text(element, "overallStartTime")) or published
         until = self._until(element, published)
         if until is None or until < start:
             self.skipped["cancelled, suspended or not begun"] += 1
@@ -72,22 +69,16 @@ class Situations:
         word = text(element, "abnormalTrafficType")
         if word in (None, "unspecifiedAbnormalTraffic", "other"):
             return None
-        profile = self.options.word_profile(DATEX2_V2)
-        return str(status_of_words(np.array([word], dtype=object), profile)[0])
+        return status_of_word(word, self.options.word_profile(DATEX2_V2))
 
     def _until(self, element: Element, published: datetime) -> datetime | None:
         """Return how long the record is known to hold; None when it was taken back."""
         if text(element, "cancel") == "true" or text(element, "validityStatus") == "suspended":
             return None
-        ends = self._time(element, "overallEndTime")
+        ends = self.options.instant(text(element, "overallEndTime"))
         if text(element, "lifeCycleManagement", "end") == "true":
-            return self._time(element, "situationRecordVersionTime") or ends
+            return self.options.instant(text(element, "situationRecordVersionTime")) or ends
         return ends or published
-
-    def _time(self, element: Element, name: str) -> datetime | None:
-        value = text(element, name)
-        options = self.options
-        return parse_instant(value, options.tz, options.fold, options.where) if value else None
 
 
 def _version(value: str) -> tuple[int, str]:

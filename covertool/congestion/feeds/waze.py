@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 from typing import Any, BinaryIO
 
-import numpy as np
-
 from covertool.congestion.feeds.jsontext import line_of, number, read_object
 from covertool.congestion.feeds.protocol import FeedOptions, FlowRecord, batches
-from covertool.congestion.status import CLOSED, WAZE, status_of_words
+from covertool.congestion.status import CLOSED, WAZE, status_of_word
 from covertool.errors import ColumnError, FileError
 from covertool.model import Observations
 
@@ -59,7 +58,7 @@ def _status(jam: Mapping[str, Any], options: FeedOptions) -> str:
         return CLOSED
     level = jam.get("level")
     word = None if level is None else str(level)
-    return str(status_of_words(np.array([word], dtype=object), options.word_profile(WAZE))[0])
+    return status_of_word(word, options.word_profile(WAZE))
 
 
 def _speed(jam: Mapping[str, Any], options: FeedOptions) -> float:
@@ -73,7 +72,7 @@ def _speed(jam: Mapping[str, Any], options: FeedOptions) -> float:
             in_kmh,
         )
         return in_kmh / 3.6
-    return in_mps if np.isfinite(in_mps) else in_kmh / 3.6
+    return in_mps if math.isfinite(in_mps) else in_kmh / 3.6
 
 
 def _moment(millis: Any) -> datetime | None:
