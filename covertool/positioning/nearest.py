@@ -100,6 +100,8 @@ def _touched(x: Floats, y: Floats, grid: Grid, radius_m: float, best: Best, span
     worst, highest, reach = best.priority[:, -1], grid.highest, (radius_m + SLACK_M) * cells
     n, around = 0, 2 * int(reach) + 3
     for i in range(x.size):
+        if worst[i] < highest:
+            continue
         u, v = (x[i] - grid.x0) * cells, (y[i] - grid.y0) * cells
         middle = math.floor(v)
         for step in range(around):  # 0, +1, -1, +2 ...
@@ -112,7 +114,7 @@ def _touched(x: Floats, y: Floats, grid: Grid, radius_m: float, best: Best, span
             first[n] = start[begin + int(min(left, columns - 1.0))]
             last[n] = start[begin + int(max(right, 0.0)) + 1]
             inside = 0 <= row < rows and dy <= reach and right >= 0.0 and left < columns
-            n += inside and first[n] < last[n] and worst[i] >= highest
+            n += inside and first[n] < last[n]
     return n
 
 
