@@ -13,7 +13,6 @@ from covertool.cli import options
 from covertool.cli.app import app
 from covertool.cli.console import print_json
 from covertool.cli.coverage_files import (
-    Target,
     check_outputs,
     write_layers_of,
     write_plot,
@@ -23,11 +22,8 @@ from covertool.cli.coverage_findings import Findings, Town
 from covertool.cli.coverage_output import json_content, print_findings
 from covertool.cli.coverage_radii import asked_radii, choose_radii, shares_of
 from covertool.cli.inputs import Inputs, choose_inputs, read_inputs
+from covertool.cli.target import Target
 
-Study = Annotated[
-    Path | None,
-    typer.Argument(metavar="STUDY.gpkg", help="A study; without one the sample study."),
-]
 Radii = Annotated[
     list[str] | None,
     typer.Option(
@@ -78,28 +74,15 @@ Plot = Annotated[
     Path | None,
     typer.Option("--plot", metavar="FILE", help="Draw --curve or --penetration (.png .svg .pdf)."),
 ]
-Workers = Annotated[
-    int, typer.Option("--workers", metavar="N", min=1, help="Compute tiles on N processes.")
-]
-Scheduler = Annotated[
-    str | None,
-    typer.Option(
-        "--scheduler", metavar="ADDRESS", help="Compute tiles on a dask cluster, or 'local'."
-    ),
-]
 Tile = Annotated[
     float | None,
     typer.Option("--tile", metavar="METRES", min=1, help="Compute in tiles of this size."),
-]
-Resume = Annotated[
-    Path | None,
-    typer.Option("--resume", metavar="FOLDER", help="Keep finished tiles here; take them up."),
 ]
 
 
 @app.command()
 def coverage(
-    study: Study = None,
+    study: options.Study = None,
     radius: Radii = None,
     device_class: Classes = None,
     anchors: options.AnchorFiles = None,
@@ -114,10 +97,10 @@ def coverage(
     penetration: Penetration = None,
     plot: Plot = None,
     raster: Raster = None,
-    workers: Workers = 1,
-    scheduler: Scheduler = None,
+    workers: options.Workers = 1,
+    scheduler: options.Scheduler = None,
     tile: Tile = None,
-    resume: Resume = None,
+    resume: options.Resume = None,
     crs: options.Crs = None,
     dst_crs: options.DstCrs = None,
 ) -> None:
@@ -193,8 +176,8 @@ def _read(
 ) -> Town:
     anchors, transit = read_inputs(inputs, crs, dst_crs)
     if aoi is not None:
-        from covertool.cli.zones import AreaOfInterest
         from covertool.coverage.zones import clip_transit
+        from covertool.gis.zones import AreaOfInterest
 
         (shapes,) = AreaOfInterest(aoi, transit.crs).read().values()
         transit = clip_transit(transit, shapes)
@@ -217,8 +200,8 @@ def _compute(
 
         found = replace(found, penetration=penetration(anchors, area, radii, shares))
     if by is not None:
-        from covertool.cli.zones import ZonesOf
         from covertool.coverage.zones import zone_levels
+        from covertool.gis.zones import ZonesOf
 
         zones = ZonesOf(by, transit, area.crs).read()
         found = replace(found, zones=zone_levels(anchors, area, zones, radii))

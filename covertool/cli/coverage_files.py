@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ from covertool.cli.console import say
 from covertool.cli.coverage_findings import Findings, RasterFindings, Town
 from covertool.cli.coverage_output import size_text
 from covertool.cli.inputs import Inputs
+from covertool.cli.target import Target
 from covertool.cli.whence import whence
 
 
@@ -47,15 +47,6 @@ def check_outputs(
             output_file(plot, FIGURE_FORMATS, overwrite=overwrite)
 
 
-@dataclass(frozen=True)
-class Target:
-    """Where a run writes its layers or pixels, if anywhere."""
-
-    output: Path | None
-    into: Path | None
-    overwrite: bool
-
-
 def write_results(
     town: Town, found: Findings, inputs: Inputs, target: Target, *, gsd_m: float | None
 ) -> RasterFindings | None:
@@ -87,18 +78,13 @@ def write_layers_of(
         return
     from covertool.coverage.tables import finding_tables
     from covertool.gis.study import inherited_metadata
-    from covertool.gis.write import write_layers
 
     files = inputs.files()
     metadata = {**inherited_metadata(files), **whence(files).to_metadata()}
     whole = dict(layers)
     if path.suffix.lower() == ".gpkg":
         whole |= finding_tables(found.report, found.curve, found.penetration, found.zones)
-    if target.into is not None:
-        write_layers(path, whole, into=True, metadata=metadata)
-    else:
-        write_layers(path, whole, overwrite=target.overwrite, metadata=metadata, inputs=files)
-    say(f"wrote {', '.join(whole)} to {path}")
+    target.write(whole, metadata, inputs=[] if target.into is not None else files)
 
 
 def write_plot(found: Findings, path: Path, *, overwrite: bool) -> None:

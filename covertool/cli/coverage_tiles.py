@@ -139,9 +139,9 @@ def _job(
 
 
 def _wish(inputs: Inputs, asked: Asked, crs: Any) -> Wish:
-    from covertool.cli.zones import AreaOfInterest, ZonesOf
     from covertool.coverage.curve import parse_radii
     from covertool.coverage.tiles import Wish
+    from covertool.gis.zones import AreaOfInterest, ZonesOf
 
     return Wish(
         area_of_interest=AreaOfInterest(asked.aoi, crs) if asked.aoi is not None else None,

@@ -45,7 +45,7 @@ os.environ |= {
     "PROJ_NETWORK": "OFF",
 }
 
-# Numpy's and scipy's OpenBLAS would each keep buffers for a thread on every core. No verb has linear
+# OpenBLAS, twice there, would keep buffers for a thread on each core. No verb has linear
 # algebra that would gain by them.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 

@@ -1,4 +1,4 @@
-"""A limit of memory set from outside (ulimit -v, RLIMIT_AS) ends a run with words, not in a hang."""
+"""A limit of memory set from outside (ulimit -v) ends a run with words, not in a hang."""
 
 from __future__ import annotations
 

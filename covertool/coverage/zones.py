@@ -69,26 +69,6 @@ def zone_levels(
     return tuple(found)
 
 
-def zones_by_name(shapes: Objects, names: Sequence[str]) -> dict[str, Objects]:
-    """Return the rows of a layer by name: the rows of one name are one zone, in order of names.
-
-    Names that are whole numbers come in the order of the numbers.
-
-    Examples
-    --------
-    >>> rows = np.array([shapely.box(0, 0, 1, 1), shapely.box(1, 0, 2, 1)], dtype=object)
-    >>> list(zones_by_name(rows, ["residential", "primary"]))
-    ['primary', 'residential']
-    """
-    labels = np.array(names, dtype=object)
-    return {name: shapes[labels == name] for name in sorted(set(names), key=_as_counted)}
-
-
-def _as_counted(name: str) -> tuple[bool, int, str]:
-    """Return a key that puts whole numbers first and in their order: 2 before 10."""
-    return (False, int(name), name) if name.isdecimal() else (True, 0, name)
-
-
 def clip_transit(transit: TransitArea, area_of_interest: Objects) -> TransitArea:
     """Return the transit area inside an area of interest.
 

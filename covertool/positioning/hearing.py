@@ -192,7 +192,7 @@ class Hearing:
             return select_all(listed)
         if self._options.choice == "gdop":
             return select_gdop(listed)
-        metric = np.hypot(listed.dx, listed.dy) if self._rank is None else self._rank(listed, step)
+        metric = listed.dx**2 + listed.dy**2 if self._rank is None else self._rank(listed, step)
         return select_ranked(listed, metric)
 
     def _promote(self, step: Step, chosen: Selection) -> None:

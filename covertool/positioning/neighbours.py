@@ -122,7 +122,7 @@ def select_ranked(listed: Candidates, metric: Floats, most: int = 3) -> Selectio
 def select_all(listed: Candidates) -> Selection:
     """Return everyone in each car's zone, by priority and then the nearest first."""
     most = int(np.diff(listed.start).max(initial=1))
-    return select_ranked(listed, np.hypot(listed.dx, listed.dy), max(most, 1))
+    return select_ranked(listed, listed.dx**2 + listed.dy**2, max(most, 1))
 
 
 def select_gdop(listed: Candidates, most: int = 3) -> Selection:
@@ -132,7 +132,7 @@ def select_gdop(listed: Candidates, most: int = 3) -> Selection:
     its ``GDOP_POOL`` nearest is the one with the least geometric dilution of precision,
     ``sqrt(trace((U' U)^-1))`` for unit vectors U to all that are chosen.
     """
-    nearest = select_ranked(listed, np.hypot(listed.dx, listed.dy), most + GDOP_POOL)
+    nearest = select_ranked(listed, listed.dx**2 + listed.dy**2, most + GDOP_POOL)
     chosen, n = nearest.neighbour[:, :most].copy(), len(nearest.filled)
     for i in range(n):
         rows = slice(int(listed.start[i]), int(listed.start[i + 1]))

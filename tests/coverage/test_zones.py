@@ -8,8 +8,9 @@ import shapely
 from pyproj import CRS
 
 from covertool.coverage.clip import clipped
-from covertool.coverage.zones import clip_transit, zone_levels, zones_by_name
+from covertool.coverage.zones import clip_transit, zone_levels
 from covertool.errors import GeometryError
+from covertool.gis.zones import zones_by_name
 from covertool.model import Anchors, TransitArea
 
 ITM = CRS(2157)
