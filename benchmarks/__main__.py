@@ -2,8 +2,8 @@
 
 python -m benchmarks [--quick] [--guard] [ROOM ...]
 
-Without --quick and --guard, results.json and RESULTS.md beside this file are written anew. With
---guard every ratio is compared with the one kept of the same kind of run (quick or not): the exit
+Without --quick and --guard, results.json and RESULTS.md beside this file are written anew; the rooms
+that are not named keep their rows. With --guard every ratio is compared with the one kept of the same kind of run (quick or not): the exit
 code is 1 when one is worse by more than the tolerance. Ratios are compared and never times, for
 two works that take turns on one machine suffer alike from what else it does.
 """
@@ -84,6 +84,14 @@ def markdown(results: dict[str, Any]) -> str:
     ]) + "\n"  # fmt: skip
 
 
+def together(path: Path, found: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return the rows found, and those kept of rooms that were not measured now, room by room."""
+    measured_now = {row["room"] for row in found}
+    kept = json.loads(path.read_text(encoding="utf-8"))["rows"] if path.exists() else []
+    rows = found + [row for row in kept if row["room"] not in measured_now]
+    return sorted(rows, key=lambda row: ROOMS.index(row["room"]))
+
+
 def worse(kept: list[dict[str, Any]], found: list[dict[str, Any]]) -> list[str]:
     """Return a line for each ratio that is worse than the kept one by more than the tolerance."""
     before = {(row["room"], row["work"], row["beside"]): row for row in kept if row["unit"] == "x"}
@@ -130,7 +138,7 @@ def main() -> int:
         return guard(path, found)
     if options.quick and not options.keep:
         return 0
-    results = {"schema_version": 1, "machine": of, "rows": found}
+    results = {"schema_version": 1, "machine": of, "rows": together(path, found)}
     path.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
     if not options.quick:
         (HERE / "RESULTS.md").write_text(markdown(results), encoding="utf-8")

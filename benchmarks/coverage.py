@@ -28,7 +28,7 @@ from covertool.model import Anchors, TransitArea
 
 ITM = CRS.from_epsg(2157)
 DEVICE_RADII_M = (15.0, 100.0, 400.0, 1000.0)
-PATIENCE_S = 600.0
+PATIENCE_S = 300.0
 
 
 def town(cars: int, seed: int = 1) -> tuple[Anchors, TransitArea]:

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from benchmarks.__main__ import TOLERANCE, guard, machine, markdown, worse
+from benchmarks.__main__ import TOLERANCE, guard, machine, markdown, together, worse
 from benchmarks.rows import Row, side_by_side
 
 
@@ -64,3 +64,13 @@ def test_the_page_names_the_machine_and_no_path():
     assert machine()["processor"] in page
     assert "/" not in machine()["processor"]
     assert "| areas | peer | 2 x |" in page
+
+
+def test_rooms_that_were_not_measured_keep_their_rows(tmp_path):
+    path = tmp_path / "results.json"
+    rows = [told(1.0) | {"room": room} for room in ("coverage", "start")]
+    path.write_text(json.dumps({"rows": rows}))
+    found = [told(2.0) | {"room": "raster"}, told(3.0) | {"room": "coverage"}]
+    assert [(row["room"], row["median"]) for row in together(path, found)] == [
+        ("coverage", 3.0), ("raster", 2.0), ("start", 1.0),
+    ]  # fmt: skip
