@@ -2,10 +2,11 @@
 
 python -m benchmarks [--quick] [--guard] [ROOM ...]
 
-Without --quick and --guard, results.json and RESULTS.md beside this file are written anew; the rooms
-that are not named keep their rows. With --guard every ratio is compared with the one kept of the same kind of run (quick or not): the exit
-code is 1 when one is worse by more than the tolerance. Ratios are compared and never times, for
-two works that take turns on one machine suffer alike from what else it does.
+Without --quick and --guard, results.json and RESULTS.md beside this file are written anew; rooms
+that are not named keep their rows. With --guard every ratio is compared with the one kept of the
+same kind of run (quick or not): the exit code is 1 when one is worse by more than the tolerance.
+Ratios are compared and never times, for two works that take turns on one machine suffer alike from
+what else it does.
 """
 
 from __future__ import annotations
