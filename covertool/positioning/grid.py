@@ -68,7 +68,7 @@ def _sort_into_cells(
 
 
 def build_grid(x: Floats, y: Floats, code: Indices, priority: Indices, radius_m: float) -> Grid:
-    """Return points sorted into square cells of about two points, at least an eighth of the zone.
+    """Return points sorted into square cells of one or two points, at least an eighth of the zone.
 
     Parameters
     ----------
@@ -85,6 +85,8 @@ def build_grid(x: Floats, y: Floats, code: Indices, priority: Indices, radius_m:
     width, height = float(x.max()) - x0, float(y.max()) - y0
     share = _POINTS_A_CELL / x.size
     cell_m = max(radius_m / 8, (width * height * share) ** 0.5, max(width, height) * share)
+    if cell_m >= 2.0 * (radius_m + SLACK_M):  # four cells hold a zone: no wider than need be
+        cell_m = max(cell_m * 0.5**0.5, 2.0 * (radius_m + SLACK_M))
     cell_m = max(cell_m, SLACK_M)
     lattice = (x0, y0, cell_m, int(width / cell_m) + 1, int(height / cell_m) + 1)
     x, y = np.ascontiguousarray(x), np.ascontiguousarray(y)

@@ -1,8 +1,9 @@
 """The best neighbours of every car: by priority, then the nearest first.
 
-A block of cars passes three loops, each simple enough to run without waiting for memory or for a
+A block of cars passes loops that are each simple enough to run without waiting for memory or for a
 branch: which cells a car's zone touches; which points in them lie in the zone; and which of those
-are its best. No list of all pairs is made.
+are its best. Where points are far apart, the cells are wide and the first is four cells for each
+car. No list of all pairs is made.
 """
 
 from __future__ import annotations
@@ -87,6 +88,49 @@ def insert(
         if k < most:
             neighbour[i, k], rank[i, k], distance[i, k] = c, p, d
             filled[i] = min(filled[i] + 1, most)
+
+
+@kernel
+def _look_around(
+    x: Floats, y: Floats, own: Indices, grid: Grid, radius_m: float, best: Best
+) -> None:
+    """Look at the four cells around each car: a zone no wider than a cell lies in them.
+
+    The points of both rows pass one loop, whose end is the only branch that cannot be foreseen.
+    """
+    start, columns, rows, cells = grid.start, grid.columns, grid.rows, 1.0 / grid.cell_m
+    points_x, points_y, code, priority = grid.x, grid.y, grid.code, grid.priority
+    worst, highest, x0, y0 = best.priority[:, -1], grid.highest, grid.x0, grid.y0
+    hits = Hits(np.empty(_ROOM, np.int64), np.empty(_ROOM, np.int64), np.empty(_ROOM))
+    whose, where, metric = hits.who, hits.where, hits.metric
+    n, zone2 = 0, radius_m * radius_m
+    for i in range(x.size):
+        own_x, own_y = x[i], y[i]
+        column = math.floor((own_x - x0) * cells - 0.5)
+        row = math.floor((own_y - y0) * cells - 0.5)
+        outside = column < -1 or row < -1 or column >= columns or row >= rows
+        if outside or worst[i] < highest:
+            continue
+        left, right = max(column, 0), min(column + 2, columns)
+        low, high = max(row, 0) * columns, min(row + 1, rows - 1) * columns
+        first, last = start[low + left], start[low + right]
+        size = last - first
+        other = start[high + left] - size
+        end = start[high + right] - other if high > low else size
+        k = 0
+        while k < end:
+            stop = min(end, k + _ROOM - n)
+            for t in range(k, stop):
+                q = t + (first if t < size else other)
+                dx, dy = points_x[q] - own_x, points_y[q] - own_y
+                d2 = dx * dx + dy * dy
+                whose[n], where[n], metric[n] = i, q, d2
+                n += d2 <= zone2
+            k = stop
+            if n >= _ENOUGH:
+                insert(own, code, priority, hits, n, best)
+                n = 0
+    insert(own, code, priority, hits, n, best)
 
 
 @kernel
@@ -185,7 +229,10 @@ def best_of_all(
         x, y, own = cars.x[some], cars.y[some], cars.code[some]
         best = nobody(own.size, most)
         for grid in (anchors, cars):
-            n = _touched(x, y, grid, radius_m, best, spans)
-            _look(x, y, own, grid, radius_m, spans, n, best)
+            if grid.cell_m >= 2.0 * (radius_m + SLACK_M):
+                _look_around(x, y, own, grid, radius_m, best)
+            else:
+                n = _touched(x, y, grid, radius_m, best, spans)
+                _look(x, y, own, grid, radius_m, spans, n, best)
         _hand_out(own, best, neighbour, filled, known)
     return neighbour, filled, known

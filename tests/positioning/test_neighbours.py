@@ -129,3 +129,15 @@ def test_a_crowd_at_one_place_is_heard_by_number():
     assert _chosen(select_nearest(moving, parked, 15.0))[699] == [ANCHOR_BIT + k for k in range(3)]
     *_, none = _grids([[0, 0]], [BLIND], [], 15.0)
     assert _chosen(select_nearest(moving, none, 15.0))[1] == [0, 2, 3]
+
+
+@pytest.mark.parametrize("radius", [3.0, 20.0, 40.0, 90.0])
+def test_selection_among_points_far_apart_equals_brute_force_up_to_the_rim(radius):
+    """From cells wider than a zone to zones wider than cells; cars also outside of all anchors."""
+    rng = np.random.default_rng(8)
+    anchor = rng.integers(0, 600, (150, 2))
+    car = np.concatenate([rng.integers(-40, 640, (80, 2)), anchor[:20] + [3, 0], [[600, 600]]])
+    priority = rng.integers(1, 4, len(car))
+    *_, moving, parked = _grids(car, priority, anchor, radius)
+    chosen = _chosen(select_nearest(moving, parked, radius))
+    assert chosen == _brute_force(car, priority, anchor, radius)
