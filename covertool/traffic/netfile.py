@@ -67,7 +67,8 @@ class _Reading:
         """Take one element of the net."""
         if element.tag == "location":
             self._location = dict(element.attrib)
-            self._left_hand = element.getparent().get("lefthand") in ("true", "1")
+            net = element.getparent()
+            self._left_hand = net is not None and net.get("lefthand") in ("true", "1")
         elif element.tag == "junction":
             self._signals += element.get("type", "").startswith("traffic_light")
         elif element.tag == "edge":
