@@ -68,8 +68,9 @@ def rows(quick: bool) -> Iterator[Row]:
     rate = tuple(1152**2 / 1e6 / taken for taken in alone)
     yield Row("network on a picture of 1152 pixels", "", rate, "MP/s", limit=4)
     share = tuple((side**2 / 1152**2) * a / b for a, b in zip(alone, image, strict=True))
-    name = f"GeoTIFF of {side} pixels to vehicles on the map, per pixel"
-    yield Row(name, "the network alone", share)
+    name = f"GeoTIFF of {side} pixels to vehicles on the map"
+    yield Row(name, "", tuple(side**2 / 1e6 / taken for taken in image), "MP/s")
+    yield Row(f"{name}, per pixel", "the network alone", share)
     yield side_by_side(
         "network on a picture of 1152 pixels", "the same with --tta", once,
         detecting(thorough, picture(1152)), turns, clock=time.process_time,
