@@ -136,7 +136,8 @@ def test_selection_among_points_far_apart_equals_brute_force_up_to_the_rim(radiu
     """From cells wider than a zone to zones wider than cells; cars also outside of all anchors."""
     rng = np.random.default_rng(8)
     anchor = rng.integers(0, 600, (150, 2))
-    car = np.concatenate([rng.integers(-40, 640, (80, 2)), anchor[:20] + np.array([3, 0]), [[600, 600]]])
+    beside = anchor[:20] + np.array([3, 0])
+    car = np.concatenate([rng.integers(-40, 640, (80, 2)), beside, [[600, 600]]])
     priority = rng.integers(1, 4, len(car))
     *_, moving, parked = _grids(car, priority, anchor, radius)
     chosen = _chosen(select_nearest(moving, parked, radius))
