@@ -48,9 +48,9 @@ bench-quick: $(VENV)/installed
 bench-guard: $(VENV)/installed
 	$(BIN)/python -m benchmarks --guard
 
-# Tests by line and branch: once as users run it, and the compiled loops once more as plain Python.
+# The quick tests by line and branch, and the compiled loops once more as plain Python.
 coverage: $(VENV)/installed
-	COVERAGE_FILE=.coverage-compiled $(BIN)/python -m pytest -n 2 --cov=covertool --cov-report= --ignore=tests/package
+	COVERAGE_FILE=.coverage-compiled $(BIN)/python -m pytest -n 2 -m 'not slow' --cov=covertool --cov-report= --ignore=tests/package
 	NUMBA_DISABLE_JIT=1 COVERAGE_FILE=.coverage-plain $(BIN)/python -m pytest -n 2 --cov=covertool --cov-report= $(KERNEL_TESTS)
 	$(BIN)/coverage combine .coverage-compiled .coverage-plain
 	$(BIN)/coverage report --skip-covered --show-missing --sort=cover

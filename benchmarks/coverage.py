@@ -143,7 +143,7 @@ def rows(quick: bool) -> Iterator[Row]:
     if not quick:
         yield _against_patience(100_000)
     yield from _against_reading(100_000 if quick else 1_000_000)
-    yield _growth((10_000, 100_000) if quick else (100_000, 1_000_000, 5_000_000))
+    yield _growth((10_000, 100_000) if quick else (100_000, 1_000_000))
 
 
 def _against_patience(cars: int) -> Row:
