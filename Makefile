@@ -50,7 +50,7 @@ bench-guard: $(VENV)/installed
 
 # The quick tests by line and branch, and the compiled loops once more as plain Python.
 coverage: $(VENV)/installed
-	COVERAGE_FILE=.coverage-compiled $(BIN)/python -m pytest -n 2 -m 'not slow' --cov=covertool --cov-report= --ignore=tests/package
+	COVERAGE_FILE=.coverage-compiled $(BIN)/python -m pytest -n 2 -m 'not slow' --cov=covertool --cov-report= --ignore=tests/package --ignore=tests/kill
 	NUMBA_DISABLE_JIT=1 COVERAGE_FILE=.coverage-plain $(BIN)/python -m pytest -n 2 --cov=covertool --cov-report= $(KERNEL_TESTS)
 	$(BIN)/coverage combine .coverage-compiled .coverage-plain
 	$(BIN)/coverage report --skip-covered --show-missing --sort=cover
