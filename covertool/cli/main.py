@@ -81,8 +81,8 @@ def main(arguments: list[str] | None = None) -> int:
     return 0
 
 
-_OUT_OF_MEMORY = ("std::bad_alloc", "Insufficient memory")
-"""How native libraries say that there is no memory left."""
+_OUT_OF_MEMORY = ("std::bad_alloc", "Insufficient memory", "error return without exception set")
+"""How native libraries, and the interpreter itself, say that there is no memory left."""
 
 
 def _is_users(error: Exception) -> bool:
