@@ -10,7 +10,7 @@ import sys
 import typer
 
 from covertool.cli.app import app
-from covertool.cli.memory import heed_limit, out_of_memory
+from covertool.cli.memory import heed_limit, is_limited, out_of_memory
 from covertool.errors import CovertoolError, FileError
 
 VERBS = (
@@ -81,12 +81,14 @@ def main(arguments: list[str] | None = None) -> int:
     return 0
 
 
-_OUT_OF_MEMORY = ("std::bad_alloc", "Insufficient memory", "error return without exception set")
-"""How native libraries, and the interpreter itself, say that there is no memory left."""
+_OUT_OF_MEMORY = ("std::bad_alloc", "Insufficient memory")
+"""How native libraries say that there is no memory left."""
 
 
 def _is_users(error: Exception) -> bool:
     """Whether an error is one that a user can mend; any other is a fault of covertool."""
+    if isinstance(error, SystemError):
+        return is_limited()  # the interpreter's own word when an object could not be made
     known = isinstance(error, CovertoolError | MemoryError | OSError | ImportError)
     return known or any(words in str(error) for words in _OUT_OF_MEMORY)
 

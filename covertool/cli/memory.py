@@ -39,6 +39,11 @@ def heed_limit() -> None:
     importlib.import_module("scipy.linalg")
 
 
+def is_limited() -> bool:
+    """Whether a limit of memory is set for this process."""
+    return _limit_bytes() is not None
+
+
 def _limit_bytes() -> int | None:
     if os.name != "posix":
         return None
