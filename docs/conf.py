@@ -51,7 +51,7 @@ def write_command_reference() -> None:
     """Write one page with the help of every command, as the command itself prints it."""
     import typer
 
-    from covertool.cli.main import app
+    from covertool.cli.verbs import app
 
     tree = typer.main.get_command(app)
     lines = ["# Command line", "", "Each command's own `--help`, as this version prints it.", ""]

@@ -105,4 +105,4 @@ def covertool(
     logger.setLevel(level)
 
 
-# The verbs register themselves on `app`; covertool/cli/main.py lists them (VERBS).
+# The verbs register themselves on `app`; covertool/cli/verbs.py lists them.

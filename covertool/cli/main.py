@@ -1,38 +1,18 @@
-"""The entry point: loads the verbs and turns faults into three lines and an exit code."""
+"""The entry point: turns faults into three lines and an exit code.
+
+It loads little, and the verbs only in :func:`main`: Ctrl-C while they load is met as well.
+"""
 
 from __future__ import annotations
 
+import atexit
 import gc
-import importlib
 import os
 import sys
 
-import typer
-
-from covertool.cli.app import app
+from covertool.cli.interrupt import careful_interrupts, is_interrupt
 from covertool.cli.memory import heed_limit, is_limited, out_of_memory
 from covertool.errors import CovertoolError, FileError
-
-VERBS = (
-    "extract",
-    "transit",
-    "coverage",
-    "congestion",
-    "congestion_import",
-    "congestion_map",
-    "anchors_parked",
-    "anchors_queue",
-    "simulate",
-    "reproduce",
-    "export",
-    "report",
-    "convert",
-    "sample",
-    "run",
-    "info",
-    "doctor",
-)
-"""Modules of covertool.cli that register a verb, in the order of `covertool --help`."""
 
 # GDAL and PROJ may fetch what a file names, such as the address of a CRS. This program makes no
 # request, whatever it is given: no name ends so, and nobody listens at that proxy.
@@ -53,8 +33,8 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # a tenth of a short run. A run that goes on is still swept, once in this many new objects.
 gc.set_threshold(50_000)
 
-for _verb in VERBS:
-    importlib.import_module(f"covertool.cli.{_verb}")
+# The last sweep of all, when the interpreter ends, would look through what is about to go anyway.
+atexit.register(gc.freeze)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -64,8 +44,11 @@ def main(arguments: list[str] | None = None) -> int:
     """
     given = sys.argv[1:] if arguments is None else arguments
     try:
-        heed_limit()
-        app(args=given, standalone_mode=True, prog_name="covertool", obj=tuple(given))
+        with careful_interrupts():
+            heed_limit()
+            from covertool.cli.verbs import app
+
+            app(args=given, standalone_mode=True, prog_name="covertool", obj=tuple(given))
     except KeyboardInterrupt:
         return 130
     except BrokenPipeError:
@@ -74,9 +57,11 @@ def main(arguments: list[str] | None = None) -> int:
     except SystemExit as exit_:
         return exit_.code if isinstance(exit_.code, int) else 1
     except Exception as error:
+        if is_interrupt(error):
+            return 130
         if "--debug" in given or not _is_users(error):
             raise
-        typer.echo(str(_told(error)), err=True)
+        sys.stderr.write(f"{_told(error)}\n")
         return 1
     return 0
 

@@ -124,7 +124,7 @@ def study_of_the_sample_plan() -> Path:
 
 def verbs() -> dict[str, Verb]:
     """Return what each verb takes, as the command line declares it."""
-    import covertool.cli.main  # noqa: F401  which registers every verb
+    import covertool.cli.verbs  # noqa: F401  which registers every verb
     from covertool.plan import Parameter, Verb
 
     def parameters(declared: Any) -> list[Parameter]:

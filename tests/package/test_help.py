@@ -7,7 +7,7 @@ import sys
 import pytest
 import typer
 
-from covertool.cli.main import VERBS, app
+from covertool.cli.verbs import VERBS, app
 
 
 def commands(command, words=("covertool",)):

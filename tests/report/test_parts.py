@@ -5,7 +5,7 @@ import shlex
 import pytest
 import typer
 
-from covertool.cli.main import app
+from covertool.cli.verbs import app
 from covertool.report.parts import LAYER_MENDS, PARTS, typed
 
 MENDS = sorted({*LAYER_MENDS.values(), *(part.mend for part in PARTS.values())})
