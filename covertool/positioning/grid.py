@@ -49,19 +49,19 @@ def _sort_into_cells(
     rows: int,
 ) -> tuple[Indices, Floats, Floats, Indices, Indices]:
     """Return the start of each cell, and the points in the order of their cells."""
-    size = x.size
+    size, cells = x.size, 1.0 / cell_m
     cell, start = np.empty(size, np.int64), np.zeros(columns * rows + 2, np.int64)
     for i in range(size):
-        cell[i] = int((y[i] - y0) / cell_m) * columns + int((x[i] - x0) / cell_m)
-    for i in range(size):
-        start[cell[i] + 2] += 1
+        cell[i] = int((y[i] - y0) * cells) * columns + int((x[i] - x0) * cells)
+        start[np.uintp(cell[i] + 2)] += 1
     for c in range(2, start.size):
         start[c] += start[c - 1]
     sorted_x, sorted_y = np.empty(size), np.empty(size)
     sorted_code, sorted_priority = np.empty(size, np.int64), np.empty(size, np.int64)
     for i in range(size):
-        k = start[cell[i] + 1]  # one cell late, so that what is filled becomes the start
-        start[cell[i] + 1] += 1
+        late = np.uintp(cell[i] + 1)  # one cell late, so that what is filled becomes the start
+        k = np.uintp(start[late])
+        start[late] += 1
         sorted_x[k], sorted_y[k] = x[i], y[i]
         sorted_code[k], sorted_priority[k] = code[i], priority[i]
     return start[:-1], sorted_x, sorted_y, sorted_code, sorted_priority
@@ -88,7 +88,8 @@ def build_grid(x: Floats, y: Floats, code: Indices, priority: Indices, radius_m:
     if cell_m >= 2.0 * (radius_m + SLACK_M):  # four cells hold a zone: no wider than need be
         cell_m = max(cell_m * 0.5**0.5, 2.0 * (radius_m + SLACK_M))
     cell_m = max(cell_m, SLACK_M)
-    lattice = (x0, y0, cell_m, int(width / cell_m) + 1, int(height / cell_m) + 1)
+    cells = 1.0 / cell_m
+    lattice = (x0, y0, cell_m, int(width * cells) + 1, int(height * cells) + 1)
     x, y = np.ascontiguousarray(x), np.ascontiguousarray(y)
     points = _sort_into_cells(x, y, code, priority, *lattice)
     return Grid(*points, int(priority.min()), *lattice)

@@ -3,7 +3,8 @@
 A block of cars passes loops that are each simple enough to run without waiting for memory or for a
 branch: which cells a car's zone touches; which points in them lie in the zone; and which of those
 are its best. Where points are far apart, the cells are wide and the first is four cells for each
-car. No list of all pairs is made.
+car. No list of all pairs is made. Where every point is looked at, places in arrays are unsigned: for a
+signed one, the compiler also asks whether it counts from the end.
 """
 
 from __future__ import annotations
@@ -73,20 +74,23 @@ def insert(
     who, where, metric = hits.who, hits.where, hits.metric
     neighbour, rank, distance, filled = best.neighbour, best.priority, best.metric, best.filled
     most = neighbour.shape[1]
-    for h in range(size):
-        i, q, d = who[h], where[h], metric[h]
+    for hit in range(size):
+        h = np.uintp(hit)
+        i, q, d = np.uintp(who[h]), np.uintp(where[h]), metric[h]
         c, p, k = code[q], priority[q], filled[i]
         if c == own[i]:
             continue
         while k > 0:
-            r, e = rank[i, k - 1], distance[i, k - 1]
-            if r < p or (r == p and (e < d or (e == d and neighbour[i, k - 1] <= c))):
+            here, above = np.uintp(k), np.uintp(k - 1)
+            r, e = rank[i, above], distance[i, above]
+            if r < p or (r == p and (e < d or (e == d and neighbour[i, above] <= c))):
                 break
             if k < most:
-                neighbour[i, k], rank[i, k], distance[i, k] = neighbour[i, k - 1], r, e
+                neighbour[i, here], rank[i, here], distance[i, here] = neighbour[i, above], r, e
             k -= 1
         if k < most:
-            neighbour[i, k], rank[i, k], distance[i, k] = c, p, d
+            here = np.uintp(k)
+            neighbour[i, here], rank[i, here], distance[i, here] = c, p, d
             filled[i] = min(filled[i] + 1, most)
 
 
@@ -113,18 +117,18 @@ def _look_around(
             continue
         left, right = max(column, 0), min(column + 2, columns)
         low, high = max(row, 0) * columns, min(row + 1, rows - 1) * columns
-        first, last = start[low + left], start[low + right]
+        first, last = start[np.uintp(low + left)], start[np.uintp(low + right)]
         size = last - first
-        other = start[high + left] - size
-        end = start[high + right] - other if high > low else size
+        other = start[np.uintp(high + left)] - size
+        end = start[np.uintp(high + right)] - other if high > low else size
         k = 0
         while k < end:
             stop = min(end, k + _ROOM - n)
             for t in range(k, stop):
-                q = t + (first if t < size else other)
+                q, free = np.uintp(t + (first if t < size else other)), np.uintp(n)
                 dx, dy = points_x[q] - own_x, points_y[q] - own_y
                 d2 = dx * dx + dy * dy
-                whose[n], where[n], metric[n] = i, q, d2
+                whose[free], where[free], metric[free] = i, q, d2
                 n += d2 <= zone2
             k = stop
             if n >= _ENOUGH:
@@ -188,10 +192,11 @@ def _look(
             continue
         while k < last[s]:
             stop = min(last[s], k + _ROOM - n)
-            for q in range(k, stop):
+            for t in range(k, stop):
+                q, free = np.uintp(t), np.uintp(n)
                 dx, dy = points_x[q] - own_x, points_y[q] - own_y
                 d2 = dx * dx + dy * dy
-                whose[n], where[n], metric[n] = i, q, d2
+                whose[free], where[free], metric[free] = i, q, d2
                 n += d2 <= reach2
             k = stop
             if n >= _ENOUGH:
@@ -206,11 +211,12 @@ def _hand_out(
 ) -> None:
     """Write the best of a block of cars to their own rows."""
     for i in range(own.size):
-        known = 0
+        row, car, known = np.uintp(i), np.uintp(own[i]), 0
         for k in range(neighbour.shape[1]):
-            neighbour[own[i], k] = best.neighbour[i, k]
-            known += best.priority[i, k] == ANCHOR
-        filled[own[i]], anchors[own[i]] = best.filled[i], known
+            place = np.uintp(k)
+            neighbour[car, place] = best.neighbour[row, place]
+            known += best.priority[row, place] == ANCHOR
+        filled[car], anchors[car] = best.filled[row], known
 
 
 @kernel
