@@ -3,8 +3,8 @@
 A block of cars passes loops that are each simple enough to run without waiting for memory or for a
 branch: which cells a car's zone touches; which points in them lie in the zone; and which of those
 are its best. Where points are far apart, the cells are wide and the first is four cells for each
-car. No list of all pairs is made. Where every point is looked at, places in arrays are unsigned: for a
-signed one, the compiler also asks whether it counts from the end.
+car. No list of all pairs is made. Where every point is looked at, places in arrays are unsigned: of
+a signed one, the compiled loop also asks whether it counts from the end.
 """
 
 from __future__ import annotations
