@@ -13,11 +13,14 @@ import logging
 import multiprocessing
 import os
 import pickle
+import signal
 import tempfile
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -207,13 +210,15 @@ def _on_processes(
     """Yield from a pool of spawned processes; a pool that lost a worker is built again."""
     left, deaths = set(todo), 0
     while left:
+        others = set(multiprocessing.active_children())
         pool = ProcessPoolExecutor(
             min(workers, len(left)),
             mp_context=multiprocessing.get_context("spawn"),
             initializer=_leave_with_parent,
         )
         try:
-            futures = {pool.submit(function, pieces[i]): i for i in sorted(left)}
+            with _children_deaf_to_interrupts():
+                futures = {pool.submit(function, pieces[i]): i for i in sorted(left)}
             for future in as_completed(list(futures)):
                 i = futures.pop(future)  # so that its result can go when it has been taken
                 yield i, future.result()
@@ -223,8 +228,29 @@ def _on_processes(
             deaths += 1
             if deaths == MAX_DEATHS:
                 raise _dying(pieces, left) from None
+        except KeyboardInterrupt:
+            for worker in set(multiprocessing.active_children()) - others:
+                worker.terminate()
+            raise
         finally:
             pool.shutdown(wait=True, cancel_futures=True)
+
+
+@contextmanager
+def _children_deaf_to_interrupts() -> Iterator[None]:
+    """Let processes that start in this block not hear Ctrl-C, which a terminal sends to them too.
+
+    This process alone meets it, and ends them. What comes in this block is heard after it.
+    """
+    if not hasattr(signal, "pthread_sigmask"):  # as on Windows
+        yield
+        return
+    resource_tracker.ensure_running()  # which lets SIGINT through again when it starts
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _leave_with_parent() -> None:
@@ -268,13 +294,14 @@ def _on_dask(
 def _client(distributed: Any, workers: int, scheduler: str) -> Any:
     """Return a client of the scheduler at an address, or of a cluster started here."""
     if scheduler == LOCAL_CLUSTER:
-        return distributed.Client(
-            n_workers=workers,
-            threads_per_worker=1,
-            processes=True,
-            dashboard_address=None,
-            silence_logs=logging.CRITICAL,
-        )
+        with _children_deaf_to_interrupts():
+            return distributed.Client(
+                n_workers=workers,
+                threads_per_worker=1,
+                processes=True,
+                dashboard_address=None,
+                silence_logs=logging.CRITICAL,
+            )
     try:
         return distributed.Client(scheduler, timeout=10)
     except (OSError, ValueError) as error:

@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import psutil
 import pytest
 
 from covertool.gis.sample import SAMPLE_STUDY, SAMPLE_TRACE, sample_folder
@@ -98,6 +99,28 @@ def test_a_signal_ends_the_run_with_its_code_and_no_traceback(
     assert process.returncode in (128 + number, -number)
     assert "Traceback" not in said
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("spread", [["--workers", "2"], ["--workers", "2", "--scheduler", "local"]])
+def test_ctrl_c_in_a_terminal_ends_the_workers_without_a_word(
+    spread: list[str], tmp_path: Path
+) -> None:
+    output = tmp_path / "out.gpkg"
+    words = ["coverage", str(STUDY), "--radius", "15", "--tile", "100", "-o", str(output), *spread]
+    process = subprocess.Popen(
+        [*COVERTOOL, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        start_new_session=True, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )  # fmt: skip
+    run_by = psutil.Process(process.pid)
+    while process.poll() is None and len(run_by.children(recursive=True)) < 3:
+        time.sleep(0.01)  # two workers, and what keeps their shared memory
+    workers = run_by.children(recursive=True)
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to all of them
+    _, said = process.communicate(timeout=60)
+    assert process.returncode in (130, -signal.SIGINT)
+    assert "Traceback" not in said
+    assert not output.exists()
+    assert psutil.wait_procs(workers, timeout=20)[1] == []
 
 
 CTRL_C = """

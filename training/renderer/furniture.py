@@ -130,6 +130,21 @@ def draw_island(canvas: Canvas, pose: Pose, sun: Sun, rng: Rng) -> None:
             draw_box(canvas, pose.moved(u, v), 0.5, 0.5, 1.0, grey(rng, 0.3, 1.0, 0.1), sun)
 
 
+def draw_cycles(canvas: Canvas, pose: Pose, sun: Sun, rng: Rng) -> None:
+    """Draw cycles side by side in a rack: thin dark frames and their shadows, with gaps."""
+    for v in np.arange(0, rng.uniform(2, 7), rng.uniform(0.35, 0.7)):
+        if rng.random() < 0.2:
+            continue
+        frame = pose.moved(rng.normal(0, 0.08), v, rng.normal(0, 5)).place(
+            np.array([[-0.85, 0.0], [0.85, 0.0]])
+        )
+        canvas.line(frame + sun.offset * 0.6, 0.2, DARK, 0.6 * sun.strength)
+        tone = grey(rng, 0.05, 0.5, 0.1)
+        canvas.line(frame + sun.lean, rng.uniform(0.08, 0.25), tone, 0.9)
+        bar = pose.moved(0.5, v).place(np.array([[0.0, -0.28], [0.0, 0.28]]))
+        canvas.line(bar + sun.lean, 0.1, tone, 0.9)
+
+
 def draw_pole(canvas: Canvas, x_m: float, y_m: float, sun: Sun, rng: Rng) -> None:
     """Draw a street lamp: pole, arm, head and their long shadow."""
     height, reach = rng.uniform(5, 10), rng.uniform(0, 3)
@@ -170,7 +185,7 @@ def draw_stain(canvas: Canvas, pose: Pose, rng: Rng) -> None:
 
 def draw_clutter(canvas: Canvas, pose: Pose, sun: Sun, rng: Rng) -> None:
     """Draw one thing at random that is not a car."""
-    kind = int(rng.integers(0, 11))
+    kind = int(rng.integers(0, 12))
     if kind == 0:
         draw_container(canvas, pose, sun, rng)
     elif kind == 1:
@@ -195,5 +210,7 @@ def draw_clutter(canvas: Canvas, pose: Pose, sun: Sun, rng: Rng) -> None:
     elif kind == 9:
         size = rng.uniform(0.6, 5), rng.uniform(0.5, 2.2)
         draw_box(canvas, pose, *size, rng.uniform(0.3, 2.2), grey(rng, 0.05, 1, 0.08), sun)
+    elif kind == 10:
+        draw_cycles(canvas, pose, sun, rng)
     else:
         draw_stain(canvas, pose, rng)

@@ -63,8 +63,10 @@ def random_sun(rng: Rng) -> Sun:
 class Scene:
     """A place under construction: flat things are drawn at once, tall ones when it is finished."""
 
-    def __init__(self, rng: Rng, size_m: float, px_per_m: float) -> None:
+    def __init__(self, rng: Rng, size_m: float, px_per_m: float, *, kept: float = 1.0) -> None:
+        """Start a scene in which each vehicle comes only with the chance ``kept``."""
         self.rng = rng
+        self.kept = kept
         self.sun = random_sun(rng)
         self.canvas = Canvas(size_m, px_per_m)
         self.centre = Pose(size_m / 2, size_m / 2, rng.uniform(0, 360))
@@ -110,9 +112,14 @@ class Scene:
         self._discs.append(discs)
         return True
 
+    def _stays_away(self) -> bool:
+        return self.kept < 1.0 and bool(self.rng.random() >= self.kept)
+
     def add_car(self, pose: Pose, paint: Image | None = None) -> CarShape | None:
         """Draw a labelled car where the ground is free; return its shape, or None."""
         shape = random_shape(self.rng)
+        if self._stays_away():
+            return None
         if not self.canvas.in_sight(pose.x_m, pose.y_m, 6.0):
             return None
         if not self._claim(pose, shape.length_m, shape.width_m):
@@ -129,6 +136,8 @@ class Scene:
         ranges = {"truck": (6.5, 16.0), "bus": (9.5, 18.0), "tram": (18.0, 36.0)}
         draw = {"truck": draw_truck, "bus": draw_bus, "tram": draw_tram}[kind]
         length = self.rng.uniform(*ranges[kind])
+        if self._stays_away():
+            return False
         if not self.canvas.in_sight(pose.x_m, pose.y_m, 24.0):
             return False
         if not self._claim(pose, length, 2.5):

@@ -14,6 +14,9 @@ from renderer.scene import Label, Scene
 
 TILE_M = 64.0
 SCENE_PX_PER_M = 10.0
+SPARSE = 0.35
+"""Share of the tiles with few or no vehicles: real pictures are mostly what is not a car."""
+
 COLUMNS = ("x_px", "y_px", "heading_deg", "length_px", "width_px", "kind", "hidden")
 
 
@@ -68,7 +71,8 @@ def render_tile(seed: int | tuple[int, ...], tile_m: float = TILE_M) -> Tile:
     """
     rng = np.random.default_rng(seed)
     size = rng.uniform(0.87, 1.15)
-    scene = Scene(rng, tile_m, SCENE_PX_PER_M)
+    kept = rng.uniform(0.0, 0.4) if rng.random() < SPARSE else 1.0
+    scene = Scene(rng, tile_m, SCENE_PX_PER_M, kept=kept)
     ground = str(rng.choice(["green", "soil", "pavement", "lot"], p=[0.5, 0.1, 0.25, 0.15]))
     scene.canvas.image[:] = scene.texture(ground)
     kind = rng.choice([_street_scene, _junction_scene, _land_scene], p=[0.5, 0.22, 0.28])
