@@ -13,6 +13,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from covertool.model import Floats
 from covertool.positioning.grid import ANCHOR, SLACK_M, Grid
@@ -21,6 +22,9 @@ from covertool.positioning.noise import Indices
 
 BLOCK = 512
 """Cars whose cells and best neighbours are in the cache together."""
+
+Counts = npt.NDArray[np.int16]
+"""Counts of a few, kept small where they are written in no order."""
 
 _ROOM = 64
 _ENOUGH = 16
@@ -206,17 +210,27 @@ def _look(
 
 
 @kernel
-def _hand_out(
-    own: Indices, best: Best, neighbour: Indices, filled: Indices, anchors: Indices
-) -> None:
-    """Write the best of a block of cars to their own rows."""
+def _hand_out(own: Indices, best: Best, neighbour: Indices, anchors: Counts) -> None:
+    """Write the best of a block of cars to their own rows, which lie anywhere."""
     for i in range(own.size):
         row, car, known = np.uintp(i), np.uintp(own[i]), 0
         for k in range(neighbour.shape[1]):
             place = np.uintp(k)
             neighbour[car, place] = best.neighbour[row, place]
             known += best.priority[row, place] == ANCHOR
-        filled[car], anchors[car] = best.filled[row], known
+        anchors[car] = known
+
+
+@kernel
+def _count(neighbour: Indices) -> Indices:
+    """Return how many neighbours each car has."""
+    filled = np.empty(neighbour.shape[0], np.int64)
+    for i in range(filled.size):
+        row, n = np.uintp(i), 0
+        for k in range(neighbour.shape[1]):
+            n += neighbour[row, np.uintp(k)] >= 0
+        filled[row] = n
+    return filled
 
 
 @kernel
@@ -225,8 +239,7 @@ def best_of_all(
 ) -> tuple[Indices, Indices, Indices]:
     """Return for each car its best neighbours, how many, and how many of them are anchors."""
     size, least_m = cars.code.size, min(cars.cell_m, anchors.cell_m)
-    neighbour = np.empty((size, most), np.int64)
-    filled, known = np.empty(size, np.int64), np.empty(size, np.int64)
+    neighbour, known = np.empty((size, most), np.int64), np.empty(size, np.int16)
     room = BLOCK * (2 * int((radius_m + SLACK_M) / least_m) + 3)
     whole = np.empty((3, room), np.int64)
     spans = _Spans(whole[0], whole[1], whole[2], np.empty(room))
@@ -240,5 +253,5 @@ def best_of_all(
             else:
                 n = _touched(x, y, grid, radius_m, best, spans)
                 _look(x, y, own, grid, radius_m, spans, n, best)
-        _hand_out(own, best, neighbour, filled, known)
-    return neighbour, filled, known
+        _hand_out(own, best, neighbour, known)
+    return neighbour, _count(neighbour), known.astype(np.int64)
