@@ -7,7 +7,8 @@ import pytest
 import shapely
 from pyproj import CRS
 
-from covertool.coverage import coverage_levels, level_areas
+from covertool.coverage import LevelAreas, coverage_levels, level_areas
+from covertool.coverage.areas import add_boundaries
 from covertool.errors import ColumnError, CrsError, GeometryError, OptionError
 from covertool.model import Anchors, TransitArea
 
@@ -19,6 +20,7 @@ def areas(x, y, radius, polygons=WIDE, **options):
     found = level_areas(x, y, radius, polygons, **options)
     assert found.closure_m < 1e-9
     assert sum(found.areas_m2) == pytest.approx(polygons.area, rel=1e-11)
+    assert min(found.areas_m2) >= 0.0
     return found.areas_m2
 
 
@@ -202,7 +204,22 @@ def test_a_field_at_random_follows_the_poisson_law():
 
 
 def test_no_anchors_leave_everything_at_level_0():
-    assert areas([], [], 15.0) == (WIDE.area, 0, 0, 0)
+    assert level_areas([], [], 15.0, WIDE) == LevelAreas((WIDE.area, 0, 0, 0), (0, 0, 0), 0)
+
+
+def test_nowhere_to_drive_has_no_boundary():
+    nowhere = level_areas([0.0], [0.0], 15.0, shapely.MultiPolygon())
+    assert nowhere == LevelAreas((0, 0, 0, 0), (0, 0, 0), 0)
+
+
+def test_a_chord_and_an_arc_that_do_not_close_are_told_by_level_and_direction():
+    """A chord of level 1 from (1, 2) to (4, 6); a quarter of a circle of 5 m of levels 2 and 3."""
+    rows, sums = np.zeros((2, 8)), np.zeros((3, 4))
+    rows[0, :7] = 1.0, 2.0, 4.0, 6.0, 0.0, 0.0, 1.0
+    rows[1, :7] = 5.0, 0.0, 0.0, 5.0, 5.0, 1.0, 3.0
+    add_boundaries(rows, sums)
+    quarter = [25 * math.pi / 4, 5 * math.pi / 2, -5.0, 5.0]
+    np.testing.assert_allclose(sums, [[-1.0, 0.0, 3.0, 4.0], quarter, quarter], atol=1e-12)
 
 
 def test_an_empty_transit_area_has_no_areas_and_no_fractions():
