@@ -129,6 +129,9 @@ def test_an_interval_of_confidence_needs_three_values():
     low, high = confidence_95([10.0, 12.0, 14.0])
     # Student's t for two degrees of freedom at 97.5 % is 4.30265; SD 2, n 3.
     assert (high - low) / 2 == pytest.approx(4.30265 * 2 / np.sqrt(3), rel=1e-5)
+    low, high = confidence_95([10.0, 12.0, 14.0, 16.0])
+    # For three degrees of freedom 3.18245; SD sqrt(20 / 3), n 4.
+    assert (high - low) / 2 == pytest.approx(3.18245 * np.sqrt(20 / 3) / 2, rel=1e-5)
 
 
 def test_the_rush_hours_are_those_of_the_paper():
@@ -273,10 +276,10 @@ def test_observations_of_another_network_are_an_error():
 def test_filled_length_is_less_than_flagged_and_a_measured_queue_is_exact():
     town = network({"a": 100, "b": 100})
     rows = Observations.from_columns(
-        ["a", "b"], ["2014-06-16T12:00"] * 2, ["slow", "free"], queue_m=[30.0, np.nan]
+        ["a", "b"], ["2014-06-16T12:00"] * 2, ["slow", "free"], queue_m=[31.0, np.nan]
     )
     found = cell(rows, town)
-    assert (found.percent, found.filled_percent) == (pytest.approx(50.0), pytest.approx(15.0))
+    assert (found.percent, found.filled_percent) == (pytest.approx(50.0), pytest.approx(15.5))
 
 
 @pytest.mark.parametrize(
@@ -306,6 +309,24 @@ def test_a_window_before_midnight_is_told_by_an_observation_after_it():
     rows = seen(("a", "2014-06-17T00:02", "slow"))
     table = occupancy_table(rows, town, options(windows={"late": time(23, 55)}))
     assert [(c.day, c.percent) for c in table.cells] == [("Monday", 100.0), ("Tuesday", None)]
+
+
+def test_a_window_after_midnight_is_told_by_an_observation_before_it():
+    rows = seen(("a", "2014-06-16T23:58", "slow"))
+    table = occupancy_table(rows, network({"a": 100}), options(windows={"early": time(0, 2)}))
+    assert [(c.day, c.percent) for c in table.cells] == [("Monday", None), ("Tuesday", 100.0)]
+
+
+def test_a_day_near_an_observation_that_tells_nothing_of_it_is_left_out():
+    rows = seen(("a", "2014-06-16T23:58", "slow"))
+    table = occupancy_table(rows, network({"a": 100}), options())
+    assert [day.date for day in table.days] == [date(2014, 6, 16)]
+
+
+def test_a_street_shorter_than_a_metre_counts():
+    rows = seen(("a", "2014-06-16T12:00", "slow"), ("b", "2014-06-16T12:00", "free"))
+    found = cell(rows, network({"a": 0.25, "b": 0.5}))
+    assert found.percent == pytest.approx(100 / 3)
 
 
 def test_an_interval_over_two_days_tells_both():
