@@ -9,7 +9,7 @@ from pyproj import CRS
 
 from covertool.coverage import LevelAreas, coverage_levels, level_areas
 from covertool.coverage.areas import add_boundaries
-from covertool.errors import ColumnError, CrsError, GeometryError, OptionError
+from covertool.errors import ColumnError, ComputationError, CrsError, GeometryError, OptionError
 from covertool.model import Anchors, TransitArea
 
 WIDE = shapely.box(-100, -90, 110, 95)
@@ -227,6 +227,21 @@ def test_an_empty_transit_area_has_no_areas_and_no_fractions():
     report = coverage_levels(Anchors.from_points([0.0], [0.0], CRS(2157)), nothing, [15.0])
     assert report.results[0].areas_m2 == (0, 0, 0, 0)
     assert all(math.isnan(f) for f in report.results[0].fractions)
+
+
+@pytest.mark.parametrize(("overlap_m", "is_told"), [(0.1, True), (1e-5, True), (1e-8, False)])
+def test_polygons_that_overlap_leave_boundaries_open_which_is_told_above_a_micrometre(
+    overlap_m, is_told
+):
+    overlapping = shapely.MultiPolygon(
+        [shapely.box(0, 0, 50, 40), shapely.box(50 - overlap_m, 0, 90, 40)]
+    )
+    discs = [48.0, 50.0, 53.0], [20.0, 22.0, 21.0], 7.0
+    if is_told:
+        with pytest.raises(ComputationError, match="stay open"):
+            level_areas(*discs, overlapping)
+    else:
+        assert 0.0 < level_areas(*discs, overlapping).closure_m < 1e-6
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
