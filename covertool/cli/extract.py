@@ -67,7 +67,14 @@ Model = Annotated[
 ModelGsd = Annotated[
     float | None, typer.Option("--model-gsd", metavar="METRES", help="GSD of your own model.")
 ]
-Tta = Annotated[bool, typer.Option("--tta", help="Look four ways round: slower, a little better.")]
+Tta = Annotated[
+    bool | None,
+    typer.Option(
+        "--tta/--no-tta",
+        help="Look four ways round, or one: four times faster, a little worse.  [default: --tta]",
+        show_default=False,
+    ),
+]
 Labels = Annotated[
     Path | None, typer.Option("--score", metavar="LABELS", help="Compare with labelled cars.")
 ]
@@ -92,7 +99,7 @@ def extract(
     detector: DetectorName = None,
     model: Model = None,
     model_gsd: ModelGsd = None,
-    tta: Tta = False,
+    tta: Tta = None,
     score: Labels = None,
     preview: Preview = None,
     force: Force = False,

@@ -122,12 +122,15 @@ def _parking(
     return dissolved(found, dst_crs) if found else None
 
 
-def chosen_detector(name: str | None, model: Path | None, gsd: float | None, tta: bool) -> Detector:
+def chosen_detector(
+    name: str | None, model: Path | None, gsd: float | None, tta: bool | None
+) -> Detector:
     """Return a detector that ships, or the user's own model."""
     from covertool.extract.detectors import default_detector, named_detector
 
     if model is None:
         return named_detector(name, tta=tta) if name else default_detector(tta=tta)
+    from covertool.errors import OptionError
     from covertool.extract.detectors.yolo_obb import YoloObbDetector
     from covertool.gis.streams import open_stream
 
@@ -136,6 +139,8 @@ def chosen_detector(name: str | None, model: Path | None, gsd: float | None, tta
             "name the ground size of the pixels that the model was trained for, such as 0.10",
             param_hint="--model-gsd",
         )
+    if tta:
+        raise OptionError("your own model is run one way round", "--tta", "leave it out")
     with open_stream(model) as stream:
         return YoloObbDetector(model=stream.read(), name=model.name, gsd_m=gsd)
 

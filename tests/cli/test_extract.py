@@ -215,7 +215,13 @@ def test_tiles_of_a_vrt_give_the_cars_of_the_whole_with_two_workers(town, tmp_pa
     frame, tiles = cars_of(tmp_path / "tiles.gpkg")
     assert len(whole) > 30
     np.testing.assert_allclose(tiles, whole, atol=1e-4)
-    assert set(frame["image"]) == {f"{i}.tif" for i in range(4)}
+    assert frame["image"].nunique() > 1
+    middle = frame.geometry.centroid
+    for number in range(4):
+        with rasterio.open(town / "tiles" / f"{number}.tif") as tile:
+            west, south, east, north = tile.bounds
+        inside = middle.x.between(west, east) & middle.y.between(south, north)
+        assert (frame["image"][inside] == f"{number}.tif").all()
     with rasterio.open(tmp_path / "seen.png") as seen:
         assert seen.shape == (1200, 1200)
 

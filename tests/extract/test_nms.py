@@ -1,7 +1,7 @@
 """Doubles are told from neighbours in the better detection's own frame."""
 
 import numpy as np
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from covertool.extract.detectors.nms import oriented_nms
@@ -42,6 +42,7 @@ def test_nothing_in_gives_nothing_out():
     assert kept([], [], 0.0, []) == []
 
 
+@settings(deadline=None)  # the first call loads what it needs
 @given(
     st.lists(st.tuples(st.floats(0, 30), st.floats(0, 30)), min_size=2, max_size=25),
     st.floats(0, 180),
@@ -60,6 +61,7 @@ def test_turning_the_whole_scene_changes_nothing(places, heading, turn, seed):
     assert before[int(np.argmax(score))]
 
 
+@settings(deadline=None)  # the first call loads what it needs
 @given(
     st.lists(st.tuples(st.floats(0, 20), st.floats(0, 20)), min_size=2, max_size=40),
     st.integers(0, 10**6),

@@ -8,13 +8,14 @@ NAMES = ("network", "classical")
 """Detectors that ship; the first is the default."""
 
 
-def default_detector(*, tta: bool = False) -> Detector:
+def default_detector(*, tta: bool | None = None) -> Detector:
     """Return the best detector that ships: the network, else the hand-made one.
 
     Parameters
     ----------
-    tta : bool
-        Look at each picture four ways round and average (slower, a little better).
+    tta : bool, optional
+        Look at each picture four ways round and average: better, at four times the work. The
+        network does so unless told not to; the hand-made one cannot.
 
     Examples
     --------
@@ -24,8 +25,8 @@ def default_detector(*, tta: bool = False) -> Detector:
     return named_detector("network" if _network_ships() else "classical", tta=tta)
 
 
-def named_detector(name: str, *, tta: bool = False) -> Detector:
-    """Return a shipped detector by its name.
+def named_detector(name: str, *, tta: bool | None = None) -> Detector:
+    """Return a shipped detector by its name; ``tta`` as for :func:`default_detector`.
 
     Raises
     ------
@@ -37,7 +38,7 @@ def named_detector(name: str, *, tta: bool = False) -> Detector:
     if name == "network":
         from covertool.extract.detectors.network import NetworkDetector
 
-        return NetworkDetector.shipped(tta=tta)
+        return NetworkDetector.shipped(tta=tta is not False)
     if name != "classical":
         raise OptionError(f"there is no detector {name!r}", "--detector", f"use {NAMES[0]}")
     if tta:
