@@ -56,15 +56,12 @@ def _sort_into_cells(
         start[np.uintp(cell[i] + 2)] += 1
     for c in range(2, start.size):
         start[c] += start[c - 1]
-    sorted_x, sorted_y = np.empty(size), np.empty(size)
-    sorted_code, sorted_priority = np.empty(size, np.int64), np.empty(size, np.int64)
+    order = np.empty(size, np.int64)
     for i in range(size):
         late = np.uintp(cell[i] + 1)  # one cell late, so that what is filled becomes the start
-        k = np.uintp(start[late])
+        order[np.uintp(start[late])] = i
         start[late] += 1
-        sorted_x[k], sorted_y[k] = x[i], y[i]
-        sorted_code[k], sorted_priority[k] = code[i], priority[i]
-    return start[:-1], sorted_x, sorted_y, sorted_code, sorted_priority
+    return start[:-1], x[order], y[order], code[order], priority[order]
 
 
 def build_grid(x: Floats, y: Floats, code: Indices, priority: Indices, radius_m: float) -> Grid:

@@ -30,6 +30,9 @@ _ROOM = 64
 _ENOUGH = 16
 """Points found in zones that are worth a look at whether they are better than the best so far."""
 
+_AT_ONCE = 8
+"""Points of a car that are listed without asking how many there are: seldom are there more."""
+
 _NOBODY = np.iinfo(np.int64).max
 
 
@@ -49,6 +52,18 @@ class _Spans(NamedTuple):
     first: Indices
     last: Indices
     gap2: Floats
+
+
+class _Runs(NamedTuple):
+    """Points of two runs of rows for each car: ``size`` from ``first`` on, then others to ``end``.
+
+    The t-th is row ``first + t`` while t is below ``size``, and then ``other + t``.
+    """
+
+    first: Indices
+    size: Indices
+    other: Indices
+    end: Indices
 
 
 class Hits(NamedTuple):
@@ -99,46 +114,75 @@ def insert(
 
 
 @kernel
-def _look_around(
-    x: Floats, y: Floats, own: Indices, grid: Grid, radius_m: float, best: Best
-) -> None:
-    """Look at the four cells around each car: a zone no wider than a cell lies in them.
+def _four_cells(x: Floats, y: Floats, grid: Grid, best: Best) -> _Runs:
+    """Return where the points of the four cells around each car lie.
 
-    The points of both rows pass one loop, whose end is the only branch that cannot be foreseen.
+    A zone no wider than a cell lies in them. Cars whose best all go before the highest priority of
+    the grid, and those far outside it, have none.
     """
     start, columns, rows, cells = grid.start, grid.columns, grid.rows, 1.0 / grid.cell_m
-    points_x, points_y, code, priority = grid.x, grid.y, grid.code, grid.priority
     worst, highest, x0, y0 = best.priority[:, -1], grid.highest, grid.x0, grid.y0
-    hits = Hits(np.empty(_ROOM, np.int64), np.empty(_ROOM, np.int64), np.empty(_ROOM))
-    whose, where, metric = hits.who, hits.where, hits.metric
-    n, zone2 = 0, radius_m * radius_m
-    for i in range(x.size):
-        own_x, own_y = x[i], y[i]
-        column = math.floor((own_x - x0) * cells - 0.5)
-        row = math.floor((own_y - y0) * cells - 0.5)
+    whole = np.empty((4, x.size), np.int64)
+    firsts, sizes, others, ends = whole[0], whole[1], whole[2], whole[3]
+    for car in range(x.size):
+        i = np.uintp(car)
+        column = math.floor((x[i] - x0) * cells - 0.5)
+        row = math.floor((y[i] - y0) * cells - 0.5)
         outside = column < -1 or row < -1 or column >= columns or row >= rows
-        if outside or worst[i] < highest:
-            continue
-        left, right = max(column, 0), min(column + 2, columns)
-        low, high = max(row, 0) * columns, min(row + 1, rows - 1) * columns
+        left, right = min(max(column, 0), columns), max(min(column + 2, columns), 0)
+        low, high = min(max(row, 0), rows - 1) * columns, max(min(row + 1, rows - 1), 0) * columns
         first, last = start[np.uintp(low + left)], start[np.uintp(low + right)]
         size = last - first
         other = start[np.uintp(high + left)] - size
         end = start[np.uintp(high + right)] - other if high > low else size
-        k = 0
-        while k < end:
-            stop = min(end, k + _ROOM - n)
-            for t in range(k, stop):
-                q, free = np.uintp(t + (first if t < size else other)), np.uintp(n)
-                dx, dy = points_x[q] - own_x, points_y[q] - own_y
-                d2 = dx * dx + dy * dy
-                whose[free], where[free], metric[free] = i, q, d2
-                n += d2 <= zone2
-            k = stop
-            if n >= _ENOUGH:
-                insert(own, code, priority, hits, n, best)
-                n = 0
-    insert(own, code, priority, hits, n, best)
+        firsts[i], sizes[i], others[i] = first, size, other
+        ends[i] = 0 if outside or worst[i] < highest else end
+    return _Runs(firsts, sizes, others, ends)
+
+
+@kernel
+def _list_points(runs: _Runs) -> tuple[Hits, int]:
+    """List each car with each point of its runs; return the list and its length."""
+    firsts, sizes, others, ends = runs.first, runs.size, runs.other, runs.end
+    room = ends.sum() + _AT_ONCE
+    listed = Hits(np.empty(room, np.int64), np.empty(room, np.int64), np.empty(room))
+    who, where, n = listed.who, listed.where, 0
+    for car in range(ends.size):
+        i = np.uintp(car)
+        first, size, other, end = firsts[i], sizes[i], others[i], ends[i]
+        for t in range(_AT_ONCE):  # always so many: what was too many is written over
+            free = np.uintp(n + t)
+            who[free], where[free] = car, t + (first if t < size else other)
+        for t in range(_AT_ONCE, end):
+            free = np.uintp(n + t)
+            who[free], where[free] = car, t + (first if t < size else other)
+        n += end
+    return listed, n
+
+
+@kernel
+def _keep_within(x: Floats, y: Floats, grid: Grid, radius_m: float, listed: Hits, size: int) -> int:
+    """Move what lies within the zones to the front of a list; return how much that is."""
+    who, where, metric = listed.who, listed.where, listed.metric
+    points_x, points_y, n, zone2 = grid.x, grid.y, 0, radius_m * radius_m
+    for pair in range(size):
+        p, free = np.uintp(pair), np.uintp(n)
+        i, q = np.uintp(who[p]), np.uintp(where[p])
+        dx, dy = points_x[q] - x[i], points_y[q] - y[i]
+        d2 = dx * dx + dy * dy
+        who[free], where[free], metric[free] = i, q, d2
+        n += d2 <= zone2
+    return n
+
+
+@kernel
+def _look_around(
+    x: Floats, y: Floats, own: Indices, grid: Grid, radius_m: float, best: Best
+) -> None:
+    """Look at the points of the four cells around each car."""
+    listed, size = _list_points(_four_cells(x, y, grid, best))
+    near = _keep_within(x, y, grid, radius_m, listed, size)
+    insert(own, grid.code, grid.priority, listed, near, best)
 
 
 @kernel
