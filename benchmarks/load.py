@@ -144,8 +144,15 @@ def rows(quick: bool) -> Iterator[Row]:
         mirrored(folder / "large.tif", side)
         yield from _spent(
             f"extract --no-tta from {side:,} x {side:,} pixels, two workers",
-            command("extract", folder / "large.tif", "-o", folder / "cars.gpkg", "--workers", 2,
-                    "--no-tta"),
+            command(
+                "extract",
+                folder / "large.tif",
+                "-o",
+                folder / "cars.gpkg",
+                "--workers",
+                2,
+                "--no-tta",
+            ),
             1500,
         )
         megabytes = 10 if quick else 250

@@ -32,7 +32,7 @@ from covertool.model.tables import within
 
 _POLYGON = 3
 _VERTICES_IN_PIECE = 512
-_PIECES_IN_GROUP = 1024
+_PIECES_IN_GROUP = 256
 
 
 @dataclass(frozen=True)
