@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from queue import Queue
-from threading import Thread
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 from model import REFERENCE_LENGTH_PX, REFERENCE_WIDTH_PX, STRIDE
+from torch.utils.data import Dataset
 
 Rng = np.random.Generator
 Floats = npt.NDArray[np.float32]
@@ -30,21 +29,10 @@ SIGMA_CELLS = (0.75, 1.3)
 Tile = tuple[npt.NDArray[np.uint8], Floats]
 
 
-class TileStore:
-    """Tiles of some folders in memory; those that are rendered later join at the next refresh."""
-
-    def __init__(self, folders: list[Path]) -> None:
-        self.folders = folders
-        self.tiles: list[Tile] = []
-        self._known: set[Path] = set()
-        self.refresh()
-
-    def refresh(self) -> None:
-        """Load the tiles that are new, in the order of their names."""
-        for folder in self.folders:
-            for path in sorted(set(folder.glob("*.npy")) - self._known):
-                self._known.add(path)
-                self.tiles.append((read_picture(path.with_suffix(".png")), np.load(path)))
+def read_tiles(folders: list[Path]) -> list[Tile]:
+    """Return the rendered tiles of some folders, in the order of their names."""
+    paths = [path for folder in folders for path in sorted(folder.glob("*.npy"))]
+    return [(read_picture(path.with_suffix(".png")), np.load(path)) for path in paths]
 
 
 def read_picture(path: Path) -> npt.NDArray[np.uint8]:
@@ -147,25 +135,32 @@ def targets(labels: Floats, side: int) -> tuple[Floats, Floats, Floats]:
     return heat, shape, weight
 
 
-def batches(
-    store: TileStore, steps: int, size: int, side: int, seed: int
-) -> Queue[tuple[Floats, Floats, Floats, Floats]]:
-    """Return a queue of ``steps`` batches (image, heat, shape, weight) made by one thread."""
-    queue: Queue[tuple[Floats, Floats, Floats, Floats]] = Queue(maxsize=6)
+class Crops(Dataset[tuple[Floats, Floats, Floats, Floats]]):
+    """Crops of tiles: (image, heat, shape, weight), each tile once in every pass over them.
 
-    def produce() -> None:
-        rng = np.random.default_rng(seed)
-        order: list[int] = []
-        for _ in range(steps):
-            rows = []
-            for _ in range(size):
-                if not order:
-                    store.refresh()
-                    order = rng.permutation(len(store.tiles)).tolist()
-                image, labels = crop(*store.tiles[order.pop()], side, rng)
-                rows.append((recolour(image, rng).transpose(2, 0, 1), *targets(labels, side)))
-            image, heat, shape, weight = (np.stack(column) for column in zip(*rows, strict=True))
-            queue.put((image, heat, shape, weight))
+    A crop follows from the seed and its place alone, so it is the same in whatever process it is
+    made.
 
-    Thread(target=produce, daemon=True).start()
-    return queue
+    Parameters
+    ----------
+    tiles : pictures and labels
+    count : how many crops there are
+    side : of a crop, in pixels
+    """
+
+    def __init__(self, tiles: list[Tile], count: int, side: int, seed: int) -> None:
+        self.tiles = tiles
+        self.count = count
+        self.side = side
+        self.seed = seed
+
+    def __len__(self) -> int:
+        return self.count
+
+    def __getitem__(self, place: int) -> tuple[Floats, Floats, Floats, Floats]:
+        turn, number = divmod(place, len(self.tiles))
+        order = np.random.default_rng((self.seed, turn)).permutation(len(self.tiles))
+        rng = np.random.default_rng((self.seed, turn, number))
+        image, labels = crop(*self.tiles[order[number]], self.side, rng)
+        picture = np.ascontiguousarray(recolour(image, rng).transpose(2, 0, 1))
+        return picture, *targets(labels, self.side)

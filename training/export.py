@@ -15,7 +15,7 @@ from torch import nn
 from torch.nn.utils.fusion import fuse_conv_bn_eval
 
 from covertool.extract.detectors.network import NetworkDetector
-from data import DOUBTFUL_FROM, MEAN, SCALE, TileStore
+from data import DOUBTFUL_FROM, MEAN, SCALE, Tile, read_tiles
 
 GSD_M = 0.20
 MATCH_PX = 1.5 / GSD_M
@@ -51,14 +51,14 @@ def write_onnx(network: CarNet, path: Path) -> None:
     onnx.checker.check_model(onnx.load(path))
 
 
-def pairs(detector: NetworkDetector, store: TileStore) -> tuple[list[tuple[float, int]], int]:
+def pairs(detector: NetworkDetector, tiles: list[Tile]) -> tuple[list[tuple[float, int]], int]:
     """Return (score, 1 for a hit, 0 for a false alarm) of all detections, and the true cars.
 
     A detection of a car at a doubtful or a heavy vehicle counts neither way.
     """
     scored: list[tuple[float, int]] = []
     cars = 0
-    for image, labels in store.tiles:
+    for image, labels in tiles:
         found = detector.detect(image, np.ones(image.shape[:2], dtype=bool))
         found = found.take(found.kind == "car")
         certain = (labels[:, 5] == 0) & (labels[:, 6] < DOUBTFUL_FROM)
@@ -84,9 +84,9 @@ def _excused(x: float, y: float, doubtful: np.ndarray, side: int) -> bool:
     return bool((near < np.maximum(doubtful[:, 3] / 2, MATCH_PX)).any())
 
 
-def best_threshold(detector: NetworkDetector, store: TileStore) -> tuple[float, float]:
+def best_threshold(detector: NetworkDetector, tiles: list[Tile]) -> tuple[float, float]:
     """Return the score threshold of the highest F1 on rendered tiles, and that F1."""
-    scored, cars = pairs(detector, store)
+    scored, cars = pairs(detector, tiles)
     hits = np.cumsum([hit for _, hit in scored])
     f1 = 2 * hits / (np.arange(1, len(scored) + 1) + cars)
     best = int(np.argmax(f1))
@@ -103,7 +103,7 @@ def main() -> None:
     network = CarNet()
     network.load_state_dict(saved["weights"])
     write_onnx(folded(network), options.into / "cars.onnx")
-    store = TileStore([options.validation])
+    tiles = read_tiles([options.validation])
     card = {
         "name": "covertool cars",
         "gsd_m": GSD_M,
@@ -120,8 +120,8 @@ def main() -> None:
             str(card["name"]), GSD_M, 0.5, 0.5, MEAN, SCALE,
             REFERENCE_LENGTH_PX, REFERENCE_WIDTH_PX, tta=tta,
         )  # fmt: skip
-        card[key], f1 = best_threshold(detector, store)
-        print(f"{key} {card[key]} with F1 {f1:.3f} on {len(store.tiles)} rendered tiles")
+        card[key], f1 = best_threshold(detector, tiles)
+        print(f"{key} {card[key]} with F1 {f1:.3f} on {len(tiles)} rendered tiles")
     (options.into / "cars.json").write_text(json.dumps(card, indent=2) + "\n", encoding="utf-8")
 
 

@@ -13,8 +13,9 @@ import torch
 from model import ANGLE, HEAT, OFFSET, CarNet
 from torch import Tensor
 from torch.nn import functional
+from torch.utils.data import DataLoader
 
-from data import TileStore, batches
+from data import Crops, read_tiles
 
 
 def heat_loss(logits: Tensor, heat: Tensor, counts: Tensor) -> Tensor:
@@ -63,15 +64,16 @@ def train(options: argparse.Namespace) -> None:
     torch.manual_seed(options.seed)
     torch.set_num_threads(options.threads)
     cv2.setNumThreads(1)
-    store = TileStore(options.tiles)
+    tiles = read_tiles(options.tiles)
     network = CarNet().to(memory_format=torch.channels_last)
     done = load(network, options.weights) if options.resume else 0
     averaged = copy.deepcopy(network)
     optimiser = torch.optim.AdamW(network.parameters(), lr=options.rate, weight_decay=1e-3)
-    queue = batches(store, options.steps, options.batch, options.side, options.seed + done)
+    crops = Crops(tiles, options.steps * options.batch, options.side, options.seed + done)
+    # A process of its own makes the crops: a thread would wait for the interpreter's lock.
+    batches = DataLoader(crops, options.batch, num_workers=1, prefetch_factor=6)
     started, smooth = time.monotonic(), np.zeros(2)
-    for step in range(options.steps):
-        image, heat, shape, weight = (torch.from_numpy(part) for part in queue.get())
+    for step, (image, heat, shape, weight) in enumerate(batches):
         for group in optimiser.param_groups:
             group["lr"] = learning_rate(step, options.steps, options.rate)
         with torch.autocast("cpu", torch.bfloat16, enabled=options.bfloat16):
@@ -96,7 +98,7 @@ def train(options: argparse.Namespace) -> None:
                 options.weights,
                 seed=options.seed,
                 steps=done + step + 1,
-                tiles=len(store.tiles),
+                tiles=len(tiles),
             )
 
 
