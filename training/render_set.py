@@ -31,7 +31,7 @@ def render_to(folder: Path, seed: int, index: int) -> int:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--tiles", type=int, default=4000)
+    parser.add_argument("--tiles", type=int, default=3000)
     parser.add_argument("--first", type=int, default=0, help="index of the first tile")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=2)
