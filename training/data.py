@@ -78,7 +78,7 @@ def recolour(image: npt.NDArray[np.uint8], rng: Rng) -> Floats:
         0.45 + rng.uniform(-0.08, 0.08)
     )
     tones = (np.clip(tones, 0, 1) * 255 - MEAN) * np.float32(SCALE)
-    picture: Floats = tones[image, np.arange(3)]
+    picture = np.asarray(cv2.LUT(image, np.ascontiguousarray(tones[None])), np.float32)
     kind = rng.random()
     if kind < 0.06:
         picture[:] = picture.mean(axis=2, keepdims=True)
@@ -120,17 +120,17 @@ def targets(labels: Floats, side: int) -> tuple[Floats, Floats, Floats]:
         if hidden >= DOUBTFUL_FROM:
             weight[0][window][bump > 0.2] = 0
             continue
-        near = (int(np.clip(round(row), 0, cells - 1)), int(np.clip(round(column), 0, cells - 1)))
+        near = (min(max(round(row), 0), cells - 1), min(max(round(column), 0), cells - 1))
         heat[int(kind)][window] = np.maximum(heat[int(kind)][window], bump)
         heat[int(kind)][near] = 1
         closer = (bump > 0.3) & (bump > weight[1][window])
         closer |= bump >= bump.max()
         angle = np.radians(2 * heading)
         sizes = np.log(length / REFERENCE_LENGTH_PX), np.log(width / REFERENCE_WIDTH_PX)
-        values = (dx + 0 * dy, dy + 0 * dx, *sizes, np.cos(angle), np.sin(angle))
-        for channel, value in enumerate(values):
-            part = shape[channel][window]
-            part[closer] = np.broadcast_to(value, closer.shape)[closer]
+        values = np.empty((6, *bump.shape), np.float32)
+        values[0], values[1] = dx, dy
+        values[2:] = np.reshape((*sizes, np.cos(angle), np.sin(angle)), (4, 1, 1))
+        np.copyto(shape[(slice(None), *window)], values, where=closer)
         weight[1][window][closer] = bump[closer]
     return heat, shape, weight
 
