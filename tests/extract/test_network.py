@@ -105,9 +105,9 @@ def test_any_size_of_picture_is_taken(network):
     assert len(cars(network, rgb[:1, :1])) == 0
 
 
-def test_a_grey_picture_is_read_as_well(thorough):
+def test_a_grey_picture_is_read_as_well(network):
     grey = np.repeat(street(PLACES).mean(axis=2, keepdims=True).astype(np.uint8), 3, axis=2)
-    assert len(cars(thorough, grey)) == len(PLACES)
+    assert len(cars(network, grey)) == len(PLACES)
 
 
 def test_nothing_is_reported_where_there_is_no_data(network):
