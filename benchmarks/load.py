@@ -25,7 +25,7 @@ import rasterio
 from rasterio.windows import Window
 
 from benchmarks.rows import Row, main
-from benchmarks.scale import country
+from benchmarks.scale import found_country
 from covertool.gis.sample import sample_folder
 
 SPEED_MPS = 8.0
@@ -134,11 +134,11 @@ def rows(quick: bool) -> Iterator[Row]:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         anchors = 50_000 if quick else 1_000_000
-        cars, roads = country(anchors, folder)
+        country = found_country(anchors, folder)
         yield from _spent(
             f"coverage of {anchors:,} anchors at 15 m, in tiles",
-            command("coverage", "--anchors", cars, "--transit", roads, "--radius", 15,
-                    "--tile", 5000), 1024,
+            command("coverage", "--anchors", country.cars, "--transit", country.roads,
+                    "--radius", 15, "--tile", 5000), 1024,
         )  # fmt: skip
         side = 2_000 if quick else 20_000
         mirrored(folder / "large.tif", side)
@@ -163,7 +163,7 @@ def rows(quick: bool) -> Iterator[Row]:
                     "-o", folder / "observations.parquet"), 512,
         )  # fmt: skip
         moving, seconds = (200, 10) if quick else (5_000, 120)
-        few, _ = country(moving * 10, folder)
+        few = found_country(moving * 10, folder).cars
         side_m = 1000 * np.sqrt(moving * 10 / 1500)
         traffic(folder / "trace.parquet", moving, seconds, float(side_m))
         yield from _spent(

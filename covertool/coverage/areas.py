@@ -123,7 +123,7 @@ def grids(
     most cells are decided whole; there are no more of them than the input is worth.
     """
     width, height = (float(np.ptp(edges[:, axis])) for axis in (0, 1))
-    overlap = math.pi * float(radius @ radius) / (width * height)
+    overlap = math.pi * float(np.sum(radius**2)) / (width * height)
     wished = (0.5 + 0.5 * min(1.0, 2.0 / overlap)) * float(np.median(radius))
     smallest = math.sqrt(width * height / (4096 + 64 * (x.size + len(edges))))
     transit = edge_grid(edges, max(wished, smallest), attempt)

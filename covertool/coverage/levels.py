@@ -38,7 +38,7 @@ def coverage_levels(
     0.19635
     """
     check_anchors(anchors, transit)
-    present = sorted({str(origin) for origin in anchors.origin})
+    present = sorted({str(origin) for origin in set(anchors.origin.tolist())})
     groups = [None, *(present if len(present) > 1 else [])]
     results = []
     for radius in radii:

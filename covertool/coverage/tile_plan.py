@@ -46,14 +46,20 @@ def plan_tiles(bounds: Bounds, tile_m: float) -> TilePlan:
 def tile_size_m(bounds: Bounds, anchors: int, largest_radius_m: float) -> float:
     """Return the side of tiles that hold about ``ANCHORS_IN_TILE`` anchors each.
 
-    It is never less than twice the largest radius: beneath that, the halo is most of the work.
+    The tiles are as large as they can be without one more along the longer side: what a last one
+    would hold of a quarter or less is shared among the others. A side is never less than twice
+    the largest radius: beneath that, the halo is most of the work.
 
     Examples
     --------
-    >>> tile_size_m((0.0, 0.0, 1000.0, 1000.0), 400_000, 15.0)
+    >>> round(tile_size_m((0.0, 0.0, 1000.0, 1000.0), 400_000, 15.0), 3)
+    500.0
+    >>> round(tile_size_m((0.0, 0.0, 1000.0, 1000.0), 500_000, 15.0), 3)
     500.0
     """
     width, height = max(bounds[2] - bounds[0], 1.0), max(bounds[3] - bounds[1], 1.0)
+    longer = max(width, height)
     share = min(ANCHORS_IN_TILE / max(anchors, 1), 1.0)
-    side = math.sqrt(width * height * share) if share < 1 else max(width, height) * 1.001
-    return max(side, 2 * largest_radius_m)
+    wished = math.sqrt(width * height * share) if share < 1 else longer
+    columns = math.ceil(longer / wished - 0.25)
+    return max(longer * (1 + 1e-9) / columns, 2 * largest_radius_m)

@@ -137,7 +137,7 @@ class TileJob:
         area = clipped(self._transit(square), shapely.box(*square))
         near = self.anchors.read(_grown(square, self.halo_m))
         own = near.take(_inside(near, square))
-        origins = sorted({str(origin) for origin in near.origin})
+        origins = sorted({str(origin) for origin in set(near.origin.tolist())})
         found = TileFindings(
             area.area,
             {origin: int(np.sum(own.origin == origin)) for origin in origins},

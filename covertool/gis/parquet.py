@@ -1,13 +1,16 @@
-"""Anchors in GeoParquet, sorted in space, so that a worker reads only those near its tile."""
+"""GeoParquet sorted in space: anchors, or any rows, of which a worker reads those near its tile."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 from pyproj import CRS
 
 from covertool import crs as crs_door
@@ -15,13 +18,17 @@ from covertool.errors import ColumnError, CrsError, FileError
 from covertool.gis import guard
 from covertool.gis.columns import typed
 from covertool.gis.formats import GEOPARQUET
-from covertool.model import Anchors, Bounds
+from covertool.model import Anchors, Bounds, Floats, Objects
 
 if TYPE_CHECKING:
     import geopandas as gpd
     import pyarrow as pa
 
-_ROWS_IN_GROUP = 16_384
+Columns = tuple[str, ...]
+Box = tuple[str, str, str, str]
+
+_ROWS_IN_GROUP = 8_192
+_PLACE = ("x_m", "y_m", "x_m", "y_m")
 _COLUMNS = ("id", "x_m", "y_m", "radius_m", "device_class", "sigma_m", "origin")
 
 
@@ -112,27 +119,95 @@ class ParquetAnchors:
 
     def read(self, bounds: Bounds | None = None) -> Anchors:
         """Return the anchors inside bounds (x0, y0, x1, y1; closed), or all of them."""
-        import pyarrow.compute as pc
-        import pyarrow.parquet as pq
+        return _anchors(rows_near(self.path, _COLUMNS, bounds, box=_PLACE), self.crs)
 
-        inside = None
-        if bounds is not None:
-            x0, y0, x1, y1 = bounds
-            x, y = pc.field("x_m"), pc.field("y_m")
-            inside = (x >= x0) & (x <= x1) & (y >= y0) & (y <= y1)
-        table = pq.read_table(self.path, columns=list(_COLUMNS), filters=inside)
-        return _anchors(table, self.crs)
+
+def rows_near(path: Path, columns: Columns, bounds: Bounds | None, *, box: Box) -> pa.Table:
+    """Return the rows whose boxes meet bounds (closed), or all; row groups beyond stay unread.
+
+    Parameters
+    ----------
+    path : a Parquet file
+    columns : to be returned
+    bounds : x0, y0, x1, y1
+    box : columns that hold the least x and y and the greatest x and y of each row; row groups
+        without statistics of them are read always
+
+    Raises
+    ------
+    FileError
+        When the file is no Parquet.
+    """
+    status = path.stat()
+    metadata, boxes = _footer(path, box, (status.st_mtime_ns, status.st_size))
+    with open_parquet(path, metadata) as file:
+        if bounds is None:
+            return file.read(columns=list(columns), use_threads=False)
+        near = np.flatnonzero(_meets(boxes.T, bounds)).tolist()
+        table = file.read_row_groups(
+            near, columns=[*dict.fromkeys((*columns, *box))], use_threads=False
+        )
+    edges = dict(zip(table.flatten().column_names, table.flatten().columns, strict=True))
+    return table.select(list(columns)).filter(
+        _meets([_floats(edges[name]) for name in box], bounds)
+    )
+
+
+def _meets(boxes: Sequence[Floats] | Floats, bounds: Bounds) -> npt.NDArray[np.bool_]:
+    x0, y0, x1, y1 = boxes
+    return (x0 <= bounds[2]) & (y0 <= bounds[3]) & (x1 >= bounds[0]) & (y1 >= bounds[1])
+
+
+@lru_cache(maxsize=4)
+def _footer(path: Path, box: Box, stamp: tuple[int, int]) -> tuple[Any, Floats]:
+    """Return a file's metadata, and (G, 4) the least and the greatest x and y of its row groups.
+
+    Kept, for a tile reads little and the footer of a country is long; ``stamp`` changes with the
+    file.
+    """
+    metadata = open_parquet(path).metadata
+    names = [metadata.schema.column(i).path for i in range(metadata.num_columns)]
+    boxes = [
+        [
+            _edge(metadata.row_group(group).column(names.index(name)), k)
+            for k, name in enumerate(box)
+        ]
+        for group in range(metadata.num_row_groups)
+    ]
+    return metadata, np.array(boxes, dtype=float).reshape(-1, 4)
+
+
+def _edge(column: Any, place: int) -> float:
+    """Return the least (places 0 and 1) or greatest value in a part of a column, else infinity."""
+    told = column.statistics
+    if column.physical_type != "DOUBLE" or told is None or not told.has_min_max:
+        return -np.inf if place < 2 else np.inf
+    return float(told.min if place < 2 else told.max)
 
 
 def _anchors(table: pa.Table, crs: CRS) -> Anchors:
     columns: dict[str, Any] = {}
     for name in _COLUMNS:
         values = table.column(name)
-        if name in ("id", "device_class", "origin"):
+        if name == "id":
             columns[name] = np.array([*values.to_pylist(), None], dtype=object)[:-1]
+        elif name in ("device_class", "origin"):
+            columns[name] = _names(values)
         else:
-            columns[name] = np.asarray(values.to_numpy(), dtype=float)
+            columns[name] = _floats(values)
     return Anchors(**columns, crs=crs)
+
+
+def _floats(values: pa.ChunkedArray) -> Floats:
+    return np.asarray(values.to_numpy(), dtype=float)
+
+
+def _names(values: pa.ChunkedArray) -> Objects:
+    """Return a column of few different strings; equal ones are one object, quick to compare."""
+    coded = values.combine_chunks().dictionary_encode()
+    known = np.array([*coded.dictionary.to_pylist(), None], dtype=object)
+    column: Objects = known[coded.indices.fill_null(len(known) - 1).to_numpy()]
+    return column
 
 
 def geometry_column(file: Any) -> dict[str, Any]:
@@ -142,8 +217,8 @@ def geometry_column(file: Any) -> dict[str, Any]:
     return column
 
 
-def open_parquet(path: Path) -> Any:
-    """Return an open Parquet file.
+def open_parquet(path: Path, metadata: Any = None) -> Any:
+    """Return an open Parquet file; its metadata are not read again where they are known.
 
     Raises
     ------
@@ -154,6 +229,6 @@ def open_parquet(path: Path) -> Any:
     import pyarrow.parquet as pq
 
     try:
-        return pq.ParquetFile(path)
+        return pq.ParquetFile(path, metadata=metadata)
     except (pa.ArrowException, OSError) as error:
         raise FileError(f"the file cannot be read: {error}", str(path), "write it again") from None

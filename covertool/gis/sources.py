@@ -17,13 +17,14 @@ from pyproj import CRS
 
 from covertool import crs as crs_door
 from covertool.dsrc import DEVICE_CLASSES
-from covertool.errors import FileError
+from covertool.errors import FileError, GeometryError
 from covertool.gis import guard
 from covertool.gis.formats import GEOPARQUET
 from covertool.gis.parquet import (
     ParquetAnchors,
     geometry_column,
     open_parquet,
+    rows_near,
     write_along_curve,
 )
 from covertool.gis.read import read_anchors, read_transit
@@ -32,7 +33,8 @@ from covertool.model.tables import within
 
 _POLYGON = 3
 _VERTICES_IN_PIECE = 512
-_PIECES_IN_GROUP = 256
+_PIECES_IN_GROUP = 64
+_COVERING = ("bbox.xmin", "bbox.ymin", "bbox.xmax", "bbox.ymax")
 
 
 @dataclass(frozen=True)
@@ -88,13 +90,11 @@ class ParquetTransit:
 
     def read(self, bounds: Bounds | None = None) -> TransitArea:
         """Return the transit area inside bounds, or all of it."""
-        import geopandas as gpd
-
-        frame = gpd.read_parquet(self.path, columns=["geometry"], bbox=bounds)
-        pieces = np.asarray(frame.geometry.array, dtype=object)
+        table = rows_near(self.path, ("geometry",), bounds, box=_COVERING)
+        pieces = shapely.from_wkb(table.column("geometry").to_numpy())
         if bounds is not None:
             pieces = _inside(pieces, bounds)
-        return TransitArea(_united(pieces), self.crs)
+        return _united(pieces, self.crs)
 
 
 def open_anchors(
@@ -112,7 +112,7 @@ def open_anchors(
 def open_transit(spec: str, crs: str | None, dst_crs: str | None) -> LoadedTransit | ParquetTransit:
     """Return a source of the transit area: streamed where the file allows it."""
     path, layer = guard.layer_spec(spec)
-    if layer is None and dst_crs is None and _is_sorted(path, "piece"):
+    if layer is None and dst_crs is None and _is_sorted(path, "piece", "bbox"):
         told = geometry_column(open_parquet(path))
         x0, y0, x1, y1 = told["bbox"]
         own = crs_door.settled(CRS.from_json_dict(told["crs"]))
@@ -174,15 +174,17 @@ def _inside(pieces: Objects, bounds: Bounds) -> Objects:
     return np.concatenate([pieces[whole], shapely.intersection(pieces[~whole], box)])
 
 
-def _united(pieces: Objects) -> shapely.MultiPolygon:
+def _united(pieces: Objects, crs: CRS) -> TransitArea:
     """Return pieces that touch along shared edges as one; fast where their vertices match."""
     parts = _polygons(pieces)
     try:
-        united = shapely.coverage_union_all(parts)
-    except shapely.errors.GEOSException:  # a tile's border crosses an edge beside a shared vertex
-        united = None
-    if united is None or not united.is_valid:
-        united = shapely.union_all(parts)
+        return TransitArea(_multi(shapely.coverage_union_all(parts)), crs)
+    except (shapely.errors.GEOSException, GeometryError):
+        # a tile's border crosses an edge beside a shared vertex
+        return TransitArea(_multi(shapely.union_all(parts)), crs)
+
+
+def _multi(united: shapely.Geometry) -> shapely.MultiPolygon:
     return shapely.MultiPolygon(list(_polygons([united])))
 
 
@@ -243,12 +245,12 @@ def _load_transit(spec: str, crs: str | None, target: CRS) -> TransitArea:
     return read_transit(spec, crs=crs, dst_crs=target)
 
 
-def _is_sorted(path: Path, column: str) -> bool:
-    """Return whether a file is GeoParquet that `covertool convert` wrote, by a column it adds."""
+def _is_sorted(path: Path, *columns: str) -> bool:
+    """Return whether a file is GeoParquet that `covertool convert` wrote, by columns it adds."""
     if not path.name.lower().endswith(GEOPARQUET.suffixes):
         return False
     checked, _ = guard.input_file(path, (GEOPARQUET,))
     try:
-        return column in open_parquet(checked).schema_arrow.names
+        return set(columns) <= set(open_parquet(checked).schema_arrow.names)
     except FileError:
         return False

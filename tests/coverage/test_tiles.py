@@ -115,9 +115,18 @@ def test_tiles_cover_the_bounds_and_do_not_overlap():
     assert shapely.union_all(squares).covers(shapely.box(0, 0, 100, 30))
 
 
-def test_a_tile_holds_a_bounded_number_of_anchors_and_is_not_mostly_halo():
-    side = tile_size_m((0.0, 0.0, 1e5, 1e5), 10 * ANCHORS_IN_TILE, 15.0)
-    assert (side / 1e5) ** 2 * 10 == pytest.approx(1)
+@pytest.mark.parametrize("share", [1, 1.2, 1.5, 1.7, 2.3, 5, 10, 47, 50, 51])
+@pytest.mark.parametrize("height", [1.0, 0.3])
+def test_a_tile_holds_a_bounded_number_of_anchors_and_none_is_a_sliver(share, height):
+    bounds = (0.0, 0.0, 1e5, height * 1e5)
+    side = tile_size_m(bounds, int(share * ANCHORS_IN_TILE), 15.0)
+    held = share * ANCHORS_IN_TILE * side**2 / (height * 1e10)
+    assert held <= 1.25**2 * ANCHORS_IN_TILE or share == 1
+    columns = plan_tiles(bounds, side).columns
+    assert columns * side == pytest.approx(1e5)
+
+
+def test_a_tile_is_not_mostly_halo():
     assert tile_size_m((0.0, 0.0, 1e3, 1e3), 10**9, 1000.0) == 2000.0
 
 

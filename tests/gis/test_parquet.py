@@ -75,6 +75,26 @@ def test_most_row_groups_lie_outside_a_small_box(stored: tuple[Path, Anchors]) -
     assert touched <= 3
 
 
+def test_a_file_without_statistics_gives_the_same_rows(
+    stored: tuple[Path, Anchors], tmp_path: Path
+) -> None:
+    bare = tmp_path / "bare.parquet"
+    pq.write_table(pq.read_table(stored[0]), bare, write_statistics=False)
+    assert pq.ParquetFile(bare).metadata.row_group(0).column(1).statistics is None
+    told, untold = (ParquetAnchors(path).read(BOX) for path in (stored[0], bare))
+    assert sorted(told.id) == sorted(untold.id)
+
+
+def test_a_file_that_was_written_anew_is_read_anew(tmp_path: Path) -> None:
+    path = tmp_path / "a.parquet"
+    write_anchors(path, anchors(50_000))
+    source = ParquetAnchors(path)
+    before = len(source.read(BOX))
+    write_anchors(path, anchors(100), overwrite=True)
+    assert len(source.read()) == 100
+    assert len(source.read(BOX)) < before
+
+
 def test_the_source_travels_to_another_process(stored: tuple[Path, Anchors]) -> None:
     source = ParquetAnchors(stored[0])
     assert pickle.loads(pickle.dumps(source)) == source
