@@ -119,14 +119,12 @@ def grids(
 ) -> tuple[EdgeGrid, DiscGrid]:
     """Return transit edges and discs in grids that share one local origin.
 
-    The cells are up to 1.4 radii wide where discs hardly overlap, a radius where two do on average,
-    and half of one where many do, for then most cells are decided whole; there are no more of them
-    than the input is worth.
+    The cells are a radius wide where few discs overlap and half of one where many do, for then
+    most cells are decided whole; there are no more of them than the input is worth.
     """
     width, height = (float(np.ptp(edges[:, axis])) for axis in (0, 1))
     overlap = math.pi * float(np.sum(radius**2)) / (width * height)
-    radii_wide = 0.5 + 0.5 * min(1.0, 2.0 / overlap) + 0.4 * max(0.0, 1.0 - overlap / 2.0)
-    wished = radii_wide * float(np.median(radius))
+    wished = (0.5 + 0.5 * min(1.0, 2.0 / overlap)) * float(np.median(radius))
     smallest = math.sqrt(width * height / (4096 + 64 * (x.size + len(edges))))
     transit = edge_grid(edges, max(wished, smallest), attempt)
     return transit, disc_grid(x - transit.x0_m, y - transit.y0_m, radius, weight)
