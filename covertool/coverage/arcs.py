@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from covertool.coverage.compiled import compiled, inlined
+from covertool.coverage.compiled import borrowing, inlined
 from covertool.coverage.crossings import (
     CROSSING,
     FIRST_WITHIN,
@@ -22,7 +22,6 @@ from covertool.coverage.crossings import (
     edge_crossings,
     is_inside,
     point_at,
-    quadrant_in_cell,
     quadrant_of,
     turned,
 )
@@ -42,7 +41,7 @@ def move_event(events, source, target):
     events[target, 2], events[target, 3] = events[source, 2], events[source, 3]
 
 
-@compiled
+@borrowing
 def sort_events(events, n):
     """Sort the first n events by their place (Shell's method: few of them, nearly sorted)."""
     gap = 1
@@ -136,19 +135,19 @@ def disc_events(i, j, near, quadrant, u0, u1, mid_x, mid_y, reach, events, n):
     return covers_start, False, n
 
 
-@compiled
-def sweep_quadrant(
-    i, near, k, base, quadrant, x0, y0, x1, y1, centre_inside, edges, e0, e1, hits, events, out, m
-):
-    """Write the level boundaries on one quarter of circle i in a cell; return their number."""
+@borrowing
+def sweep_arc(
+    i, near, k, base, quadrant, u0, u1, from_x, from_y, to_x, to_y,
+    qx, qy, centre_inside, edges, e0, e1, hits, events, out, m,
+):  # fmt: skip
+    """Write the level boundaries on one quarter of circle i in a cell; return their number.
+
+    ``quadrant_in_cell`` describes the arc from u0 on; q is the centre of the cell.
+    """
     cx, cy, r = near[i, 0], near[i, 1], near[i, 2]
-    u0, u1, from_x, from_y, to_x, to_y = quadrant_in_cell(cx, cy, r, quadrant, x0, y0, x1, y1)
-    if u0 >= u1:
-        return m
     n = transit_events(i, near, quadrant, u0, u1, hits, events)
     middle, before = longest_gap(u0, u1, events, 0, n)
     vx, vy = point_at(middle, r, quadrant)
-    qx, qy = 0.5 * (x0 + x1), 0.5 * (y0 + y1)
     inside = is_inside(cx + vx, cy + vy, qx, qy, centre_inside, edges, e0, e1)
     if n == 0 and not inside:
         return m
@@ -195,7 +194,7 @@ def sweep_quadrant(
     return m
 
 
-@compiled
+@borrowing
 def sweep_edge(near, k, base, edges, e, hits, h, events, out, m):
     """Write the parts of one transit edge with their depth; return their number.
 

@@ -19,7 +19,7 @@ import numpy.typing as npt
 import shapely
 
 from covertool.coverage.cells import level_boundaries
-from covertool.coverage.compiled import announced, compiled
+from covertool.coverage.compiled import announced, borrowing
 from covertool.coverage.discs import DiscGrid, disc_grid
 from covertool.coverage.edges import EdgeGrid, directed_edges, edge_grid
 from covertool.coverage.radii import check_points, check_radii
@@ -142,7 +142,7 @@ def _level_areas(discs: DiscGrid, transit: EdgeGrid) -> LevelAreas:
     return LevelAreas((none, one, two, three), (first, second, third), closure)
 
 
-@compiled
+@borrowing
 def add_boundaries(out, sums):
     """Add level boundaries to the sums of the levels that they bound."""
     for i in range(out.shape[0]):

@@ -9,8 +9,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from covertool.coverage.arcs import sweep_edge, sweep_quadrant
-from covertool.coverage.compiled import compiled, inlined
+from covertool.coverage.arcs import sweep_arc, sweep_edge
+from covertool.coverage.compiled import borrowing, inlined
+from covertool.coverage.crossings import quadrant_in_cell
 from covertool.coverage.discs import DiscGrid
 from covertool.coverage.edges import EdgeGrid
 from covertool.model import Floats
@@ -41,7 +42,7 @@ def _working_space(size: int) -> tuple[Floats, Floats, Floats, Floats]:
     return np.empty((size, 6)), np.empty((size, 3)), np.empty((size, 4)), np.empty((size, 8))
 
 
-@compiled
+@borrowing
 def _next_boundaries(
     c, discs, shape, place, first_disc, cell, columns, first_edge, edges, inside,
     near, hits, events, out,
@@ -63,7 +64,7 @@ def _next_boundaries(
     return c, n
 
 
-@compiled
+@borrowing
 def cell_boundaries(
     c, discs, shape, place, first_disc, cell, columns, first_edge, edges, inside,
     near, hits, events, out,
@@ -86,7 +87,7 @@ def cell_boundaries(
     )
 
 
-@compiled
+@borrowing
 def sweep_cell(near, k, base, x0, y0, x1, y1, centre_inside, edges, e0, e1, hits, events, out):
     """Write every level boundary of one cell to ``out``; return their number, -1 if too many.
 
@@ -109,18 +110,23 @@ def sweep_cell(near, k, base, x0, y0, x1, y1, centre_inside, edges, e0, e1, hits
         m, h = sweep_edge(near, k, base, edges, e, hits, h, events, out, m)
         if m < 0:
             return -1
+    qx, qy = 0.5 * (x0 + x1), 0.5 * (y0 + y1)
     for i in range(k):
         for quadrant in range(4):
-            m = sweep_quadrant(
-                i, near, k, base, quadrant, x0, y0, x1, y1, centre_inside, edges, e0, e1,
-                hits, events, out, m,
-            )  # fmt: skip
-            if m < 0:
-                return -1
+            u0, u1, from_x, from_y, to_x, to_y = quadrant_in_cell(
+                near[i, 0], near[i, 1], near[i, 2], quadrant, x0, y0, x1, y1
+            )
+            if u0 < u1:
+                m = sweep_arc(
+                    i, near, k, base, quadrant, u0, u1, from_x, from_y, to_x, to_y,
+                    qx, qy, centre_inside, edges, e0, e1, hits, events, out, m,
+                )  # fmt: skip
+                if m < 0:
+                    return -1
     return m
 
 
-@compiled
+@borrowing
 def gather(qx, qy, half, discs, shape, place, first, near):
     """Find the discs that matter in the square of half-width ``half`` around q, nearest first.
 

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from covertool.coverage.compiled import compiled
+from covertool.coverage.gathering import gathered
 from covertool.model import Floats
 
 
@@ -61,14 +62,13 @@ def disc_grid(x_m: Floats, y_m: Floats, radius_m: Floats, weights: Floats) -> Di
         shape.append((columns, rows, cells))
         place.append((low_x, low_y, size, radius))
         cells += columns * rows
-    order = np.argsort(cell, kind="stable")
-    counts = np.bincount(cell, minlength=cells)
+    order, first = gathered(cell, cells)
     return DiscGrid(
         np.ascontiguousarray(discs[order]),
         source[order],
         np.array(shape, dtype=np.int64).reshape(-1, 3),
         np.array(place, dtype=float).reshape(-1, 4),
-        np.append(0, np.cumsum(counts)).astype(np.int64),
+        first,
     )
 
 

@@ -17,7 +17,8 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from covertool.coverage.compiled import compiled, inlined
+from covertool.coverage.compiled import borrowing, compiled, inlined
+from covertool.coverage.gathering import gathered
 from covertool.model import Floats
 
 MAX_CELLS = 1 << 24
@@ -116,19 +117,11 @@ def _cut(edges, cell, columns, rows):
     n = 0
     for e in range(edges.shape[0]):
         n = _cut_edge(edges[e], cell, columns, pieces, owner, n)
-    first = np.zeros(columns * rows + 1, np.int64)
-    for i in range(n):
-        first[owner[i] + 1] += 1
-    for c in range(columns * rows):
-        first[c + 1] += first[c]
-    place, by_cell = first[:-1].copy(), np.empty_like(pieces)
-    for i in range(n):
-        by_cell[place[owner[i]]] = pieces[i]
-        place[owner[i]] += 1
-    return first, by_cell, _centres_inside(pieces, owner, cell, columns, rows)
+    order, first = gathered(owner, columns * rows)
+    return first, pieces[order], _centres_inside(pieces, owner, cell, columns, rows)
 
 
-@compiled
+@borrowing
 def _cut_edge(edge, cell, columns, pieces, owner, n):
     """Write the pieces of one edge and their cells; return the number of pieces so far."""
     ax, ay, bx, by = edge[0], edge[1], edge[2], edge[3]

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from covertool.coverage.compiled import compiled
+from covertool.coverage.gathering import gathered
 from covertool.model import Floats
 
 Integers = npt.NDArray[np.int64]
@@ -109,15 +110,7 @@ def follow(tail, head, out_angle, in_angle, nodes):
     one that points back from its head.
     """
     n = tail.size
-    first = np.zeros(nodes + 1, np.int64)
-    for i in range(n):
-        first[tail[i] + 1] += 1
-    for v in range(nodes):
-        first[v + 1] += first[v]
-    leaving, place = np.empty(n, np.int64), first[:-1].copy()
-    for i in range(n):
-        leaving[place[tail[i]]] = i
-        place[tail[i]] += 1
+    leaving, first = gathered(tail, nodes)
     used, seen_at = np.zeros(n, np.bool_), np.full(nodes, -1, np.int64)
     path, order = np.empty(n, np.int64), np.empty(n, np.int64)
     ring_first, rings, written = np.empty(n + 1, np.int64), 0, 0
