@@ -51,9 +51,9 @@ def write_command_reference() -> None:
     """Write one page with the help of every command, as the command itself prints it."""
     import typer
 
-    from covertool.cli.verbs import app
+    from covertool.cli import verbs
 
-    tree = typer.main.get_command(app)
+    tree = typer.main.get_command(verbs.command())
     lines = ["# Command line", "", "Each command's own `--help`, as this version prints it.", ""]
     for name, command in commands(tree, "covertool"):
         context = command.make_context(name, [], resilient_parsing=True, max_content_width=96)

@@ -46,8 +46,9 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         with careful_interrupts():
             heed_limit()
-            from covertool.cli.verbs import app
+            from covertool.cli.verbs import command
 
+            app = command(given)
             app(args=given, standalone_mode=True, prog_name="covertool", obj=tuple(given))
     except KeyboardInterrupt:
         return 130

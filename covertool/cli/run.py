@@ -124,7 +124,7 @@ def study_of_the_sample_plan() -> Path:
 
 def verbs() -> dict[str, Verb]:
     """Return what each verb takes, as the command line declares it."""
-    import covertool.cli.verbs  # noqa: F401  which registers every verb
+    from covertool.cli.verbs import command
     from covertool.plan import Parameter, Verb
 
     def parameters(declared: Any) -> list[Parameter]:
@@ -139,15 +139,15 @@ def verbs() -> dict[str, Verb]:
 
     def walk(group: Any, prefix: str) -> dict[str, Verb]:
         found = {}
-        for name, command in group.commands.items():
-            if hasattr(command, "commands"):
-                found.update(walk(command, f"{prefix}{name} "))
+        for name, below in group.commands.items():
+            if hasattr(below, "commands"):
+                found.update(walk(below, f"{prefix}{name} "))
             else:
-                taken = chain.from_iterable(map(parameters, command.params))
+                taken = chain.from_iterable(map(parameters, below.params))
                 found[prefix + name] = Verb(prefix + name, tuple(taken))
         return found
 
-    return walk(typer.main.get_command(app), "")
+    return walk(typer.main.get_command(command()), "")
 
 
 def _runner(plan: Plan) -> Runner:

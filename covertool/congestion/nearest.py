@@ -5,11 +5,10 @@ from __future__ import annotations
 import logging
 
 import numpy as np
-import numpy.typing as npt
 
 from covertool.congestion.status import SEVERITY
 from covertool.errors import ColumnError
-from covertool.model import Floats, Objects, Observations
+from covertool.model import Floats, Integers, Objects, Observations
 
 _LOG = logging.getLogger(__name__)
 
@@ -42,7 +41,7 @@ class Timeline:
         self._end = np.maximum(end.astype(np.int64), self._start)
         self._longest = int(np.max(self._end - self._start, initial=0))
 
-    def nearest(self, moment: np.datetime64, tolerance: np.timedelta64) -> npt.NDArray[np.int64]:
+    def nearest(self, moment: np.datetime64, tolerance: np.timedelta64) -> Integers:
         """Return for each segment the row of its nearest observation, -1 where there is none.
 
         An interval that holds the moment is at distance zero. Of two at one distance the earlier
@@ -64,12 +63,12 @@ class Timeline:
         return found
 
 
-def _codes(ids: Objects, segment_ids: Objects) -> npt.NDArray[np.int64]:
+def _codes(ids: Objects, segment_ids: Objects) -> Integers:
     index = {segment: code for code, segment in enumerate(segment_ids.tolist())}
     return np.array([index.get(segment, -1) for segment in ids.tolist()], dtype=np.int64)
 
 
-def _report_strangers(observations: Observations, codes: npt.NDArray[np.int64]) -> None:
+def _report_strangers(observations: Observations, codes: Integers) -> None:
     """Warn of observations of unknown segments; refuse when there are no others."""
     strange = codes < 0
     if not strange.any():

@@ -13,7 +13,7 @@ import shapely
 from covertool.congestion.fill import QUEUE_SHARE, SPACING_M
 from covertool.congestion.streets import Streets
 from covertool.errors import OptionError
-from covertool.model import Anchors, Floats, Objects
+from covertool.model import Anchors, Floats, Integers, Objects
 
 CAR_M = 5.0
 STOP_GAP_M = 1.0
@@ -58,7 +58,7 @@ class QueueOptions:
             )
 
 
-def cars_in_queue(queue_m: npt.ArrayLike) -> npt.NDArray[np.int64]:
+def cars_in_queue(queue_m: npt.ArrayLike) -> Integers:
     """Return how many cars stand in a queue of a measured length.
 
     n cars take 1.0 m to the stop line, n - 1 spacings of 7.5 m and the last car's 5.0 m, together
@@ -130,7 +130,7 @@ def queue_anchors(
 
 def _lane_counts(
     network: Streets, status: Objects, queue_m: Floats, options: QueueOptions
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+) -> tuple[Integers, Integers, Integers]:
     """Return piece, lane and number of cars for each lane of each piece."""
     lanes = network.lanes.astype(np.int64)
     piece = np.repeat(np.arange(len(network)), lanes)
@@ -149,8 +149,8 @@ def _lane_counts(
 
 def _aside(
     network: Streets,
-    piece: npt.NDArray[np.int64],
-    lane: npt.NDArray[np.int64],
+    piece: Integers,
+    lane: Integers,
     options: QueueOptions,
 ) -> Floats:
     """Return how far to the right of the line each lane's middle lies, in metres.

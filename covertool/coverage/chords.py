@@ -7,12 +7,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
 from covertool.coverage.compiled import compiled
-from covertool.model import Floats
-
-Integers = npt.NDArray[np.int64]
+from covertool.model import Floats, Integers
 
 _ROUNDS = 6
 _FINER = 4

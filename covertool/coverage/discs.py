@@ -7,11 +7,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from covertool.coverage.compiled import compiled
+from covertool.coverage.compiled import borrowing
 from covertool.coverage.gathering import gathered
-from covertool.model import Floats
+from covertool.model import Floats, Integers
 
 
 @dataclass(frozen=True)
@@ -28,10 +27,10 @@ class DiscGrid:
     """
 
     discs: Floats
-    source: npt.NDArray[np.int64]
-    shape: npt.NDArray[np.int64]
+    source: Integers
+    shape: Integers
     place: Floats
-    first: npt.NDArray[np.int64]
+    first: Integers
 
 
 def disc_grid(x_m: Floats, y_m: Floats, radius_m: Floats, weights: Floats) -> DiscGrid:
@@ -83,17 +82,20 @@ def _layout(x: Floats, y: Floats, radius: float) -> tuple[float, float, float, i
     return low_x, low_y, size, int(width / size) + 1, int(height / size) + 1
 
 
-@compiled
-def _merge(discs, weights):
+def _merge(discs: Floats, weights: Floats) -> tuple[Floats, Integers]:
     """Return the distinct discs with the sum of their weights, and the first row of each."""
-    n = discs.shape[0]
-    slots = 16
-    while slots < 2 * n:
-        slots *= 2
-    table = np.full(slots, -1, np.int64)
-    bits = discs.view(np.uint64)
-    merged, source, found = np.empty((n, 4)), np.empty(n, np.int64), 0
-    for i in range(n):
+    n = len(discs)
+    table = np.full(1 << (max(2 * n, 16) - 1).bit_length(), -1, np.int64)
+    merged, source = np.empty((n, 4)), np.empty(n, np.int64)
+    found = _merge_into(discs, discs.view(np.uint64), weights, table, merged, source)
+    return merged[:found], source[:found]
+
+
+@borrowing
+def _merge_into(discs, bits, weights, table, merged, source):
+    """Write the distinct discs, by a hash table of their bits; return their number."""
+    slots, found = table.size, 0
+    for i in range(discs.shape[0]):
         key = bits[i, 0] * np.uint64(0x9E3779B97F4A7C15)
         key = (key ^ (key >> np.uint64(29)) ^ bits[i, 1]) * np.uint64(0xBF58476D1CE4E5B9)
         key = (key ^ (key >> np.uint64(32)) ^ bits[i, 2]) * np.uint64(0x94D049BB133111EB)
@@ -109,9 +111,9 @@ def _merge(discs, weights):
             slot = (slot + 1) % slots
         if table[slot] < 0:
             table[slot] = found
-            merged[found, 0], merged[found, 1], merged[found, 2] = discs[i]
-            merged[found, 3] = 0.0
+            merged[found, 0], merged[found, 1] = discs[i, 0], discs[i, 1]
+            merged[found, 2], merged[found, 3] = discs[i, 2], 0.0
             source[found] = i
             found += 1
         merged[table[slot], 3] += weights[i]
-    return merged[:found], source[:found]
+    return found

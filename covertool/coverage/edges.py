@@ -17,9 +17,9 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from covertool.coverage.compiled import borrowing, compiled, inlined
+from covertool.coverage.compiled import borrowing, inlined
 from covertool.coverage.gathering import gathered
-from covertool.model import Floats
+from covertool.model import Floats, Integers
 
 MAX_CELLS = 1 << 24
 _SHIFTS = ((0.382, 0.618), (0.271, 0.843), (0.157, 0.429))
@@ -45,7 +45,7 @@ class EdgeGrid:
     cell_m: float
     columns: int
     rows: int
-    first: npt.NDArray[np.int64]
+    first: Integers
     edges: Floats
     inside: npt.NDArray[np.int8]
     area_m2: float
@@ -94,9 +94,11 @@ def edge_grid(edges: Floats, cell_m: float, attempt: int = 0) -> EdgeGrid:
     x0, y0 = (float(value) for value in np.floor((low - shift) / quantum) * quantum)
     columns, rows = int((high[0] - x0) / cell_m) + 2, int((high[1] - y0) / cell_m) + 2
     local = edges - np.array([x0, y0, x0, y0])
-    first, pieces, inside = _cut(local, cell_m, columns, rows)
+    pieces, owner = _cut(local, cell_m, columns)
+    order, first = gathered(owner, columns * rows)
+    inside = _centres_inside(pieces, owner, cell_m, columns, rows)
     twice = float(np.sum(local[:, 0] * local[:, 3] - local[:, 1] * local[:, 2]))
-    return EdgeGrid(x0, y0, cell_m, columns, rows, first, pieces, inside, twice / 2)
+    return EdgeGrid(x0, y0, cell_m, columns, rows, first, pieces[order], inside, twice / 2)
 
 
 @inlined
@@ -105,26 +107,38 @@ def grid_line(place, cell):
     return math.floor(place / cell)
 
 
-@compiled
-def _cut(edges, cell, columns, rows):
-    """Cut edges at grid lines, sort them by cell, and find which cell centres lie inside."""
+def _cut(edges: Floats, cell: float, columns: int) -> tuple[Floats, Integers]:
+    """Return the pieces of the edges between grid lines, and the cell of each piece."""
+    count = _pieces(edges, cell)
+    pieces, owner = np.empty((count, 4)), np.empty(count, np.int64)
+    _cut_edges(edges, cell, columns, pieces, owner)
+    return pieces, owner
+
+
+@borrowing
+def _pieces(edges, cell):
+    """Return into how many pieces the grid lines cut the edges."""
     count = 0
     for e in range(edges.shape[0]):
         steps_x = abs(grid_line(edges[e, 2], cell) - grid_line(edges[e, 0], cell))
         steps_y = abs(grid_line(edges[e, 3], cell) - grid_line(edges[e, 1], cell))
         count += steps_x + steps_y + 1
-    pieces, owner = np.empty((count, 4)), np.empty(count, np.int64)
-    n = 0
-    for e in range(edges.shape[0]):
-        n = _cut_edge(edges[e], cell, columns, pieces, owner, n)
-    order, first = gathered(owner, columns * rows)
-    return first, pieces[order], _centres_inside(pieces, owner, cell, columns, rows)
+    return count
 
 
 @borrowing
-def _cut_edge(edge, cell, columns, pieces, owner, n):
+def _cut_edges(edges, cell, columns, pieces, owner):
+    """Write the pieces of all edges and their cells."""
+    n = 0
+    for e in range(edges.shape[0]):
+        n = _cut_edge(
+            edges[e, 0], edges[e, 1], edges[e, 2], edges[e, 3], cell, columns, pieces, owner, n
+        )
+
+
+@borrowing
+def _cut_edge(ax, ay, bx, by, cell, columns, pieces, owner, n):
     """Write the pieces of one edge and their cells; return the number of pieces so far."""
-    ax, ay, bx, by = edge[0], edge[1], edge[2], edge[3]
     column, row = grid_line(ax, cell), grid_line(ay, cell)
     left_x, left_y = grid_line(bx, cell) - column, grid_line(by, cell) - row
     step_x, step_y = (1 if left_x > 0 else -1), (1 if left_y > 0 else -1)
@@ -153,10 +167,19 @@ def _cut_edge(edge, cell, columns, pieces, owner, n):
     return n + 1
 
 
-@compiled
-def _centres_inside(pieces, owner, cell, columns, rows):
+def _centres_inside(
+    pieces: Floats, owner: Integers, cell: float, columns: int, rows: int
+) -> npt.NDArray[np.int8]:
     """Return 1 for each cell whose centre has winding number 1: the sum along its row."""
     turn = np.zeros(columns * rows, np.int32)
+    _turns(pieces, owner, cell, columns, turn)
+    winding = np.cumsum(turn.reshape(rows, columns), axis=1, dtype=np.int32)
+    return (winding > 0).ravel().astype(np.int8)
+
+
+@borrowing
+def _turns(pieces, owner, cell, columns, turn):
+    """Write where along its row the winding number changes, and by how much."""
     for i in range(pieces.shape[0]):
         row, column = owner[i] // columns, owner[i] % columns
         middle_x, middle_y = cell * (column + 0.5), cell * (row + 0.5)
@@ -167,10 +190,3 @@ def _centres_inside(pieces, owner, cell, columns, rows):
             here = owner[i] if at < middle_x else owner[i] + 1
             if here < (row + 1) * columns:
                 turn[here] += 1 if by < ay else -1
-    inside = np.zeros(columns * rows, np.int8)
-    for row in range(rows):
-        winding = 0
-        for c in range(row * columns, (row + 1) * columns):
-            winding += turn[c]
-            inside[c] = 1 if winding > 0 else 0
-    return inside

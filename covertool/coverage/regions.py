@@ -17,9 +17,9 @@ from covertool.coverage.chords import chords
 from covertool.coverage.compiled import announced, compiled
 from covertool.coverage.edges import directed_edges
 from covertool.coverage.radii import Radius, check_anchors, radii_of
-from covertool.coverage.rings import Integers, follow, join_runs, node_numbers
+from covertool.coverage.rings import follow, join_runs, node_numbers
 from covertool.errors import OptionError
-from covertool.model import Anchors, Floats, Objects, TransitArea
+from covertool.model import Anchors, Floats, Integers, Objects, TransitArea
 
 Regions = dict[int, shapely.MultiPolygon]
 

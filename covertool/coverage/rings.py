@@ -14,9 +14,7 @@ import numpy.typing as npt
 
 from covertool.coverage.compiled import compiled
 from covertool.coverage.gathering import gathered
-from covertool.model import Floats
-
-Integers = npt.NDArray[np.int64]
+from covertool.model import Floats, Integers
 
 TIE_M = 1e-7
 """Nodes nearer than this are taken as one where more than two circles meet in a point."""
@@ -100,8 +98,9 @@ def join_runs(start, end, owner, sides, nodes):
     return heads[:count], following
 
 
-@compiled
-def follow(tail, head, out_angle, in_angle, nodes):
+def follow(
+    tail: Integers, head: Integers, out_angle: Floats, in_angle: Floats, nodes: int
+) -> tuple[Integers, Integers]:
     """Return rings as a list of directed boundaries and the number of each ring's first.
 
     At a node where the level touches itself the ring takes the sharpest turn to the left, and so
@@ -109,9 +108,16 @@ def follow(tail, head, out_angle, in_angle, nodes):
     there. ``out_angle`` is the direction in which a boundary leaves its tail, ``in_angle`` the
     one that points back from its head.
     """
+    rings: tuple[Integers, Integers]
+    rings = _follow(tail, head, out_angle, in_angle, *gathered(tail, nodes))
+    return rings
+
+
+@compiled
+def _follow(tail, head, out_angle, in_angle, leaving, first):
+    """Return the rings; the boundaries that leave node v are ``leaving[first[v]:first[v + 1]]``."""
     n = tail.size
-    leaving, first = gathered(tail, nodes)
-    used, seen_at = np.zeros(n, np.bool_), np.full(nodes, -1, np.int64)
+    used, seen_at = np.zeros(n, np.bool_), np.full(first.size - 1, -1, np.int64)
     path, order = np.empty(n, np.int64), np.empty(n, np.int64)
     ring_first, rings, written = np.empty(n + 1, np.int64), 0, 0
     for begin in range(n):

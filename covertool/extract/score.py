@@ -12,7 +12,7 @@ import numpy.typing as npt
 import shapely
 
 from covertool.errors import FileError
-from covertool.model import Floats, Objects, Vehicles
+from covertool.model import Floats, Integers, Objects, Vehicles
 
 TOLERANCE_M = 1.5
 """A detection matches a label when their centres are no further apart."""
@@ -173,7 +173,7 @@ def score(
     )
 
 
-def _match(x: Floats, y: Floats, rank: Floats, to_x: Floats, to_y: Floats) -> npt.NDArray[np.int64]:
+def _match(x: Floats, y: Floats, rank: Floats, to_x: Floats, to_y: Floats) -> Integers:
     """Return for each detection the label that it takes, or -1."""
     match = np.full(x.size, -1, dtype=np.int64)
     free = np.ones(to_x.size, dtype=bool)

@@ -19,7 +19,7 @@ from covertool.model.positioning import (
     Trace,
 )
 from covertool.model.sources import AnchorSource, RasterSource
-from covertool.model.tables import Bounds, Floats, Objects
+from covertool.model.tables import Bounds, Floats, Integers, Objects
 from covertool.model.town import ORIGINS, SITES, Anchors, DeviceClass, Study, TransitArea, Vehicles
 
 __all__ = [
@@ -34,6 +34,7 @@ __all__ = [
     "CoverageReport",
     "DeviceClass",
     "Floats",
+    "Integers",
     "LayoutImprovement",
     "Objects",
     "Observations",

@@ -6,9 +6,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
-from covertool.model.tables import Floats, Objects, Table
+from covertool.model.tables import Floats, Integers, Objects, Table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -72,7 +71,7 @@ class PositionTracks(Table):
     seed : of the noise
     """
 
-    run: npt.NDArray[np.int64]
+    run: Integers
     time_s: Floats
     vehicle: Objects
     true_x_m: Floats

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import geopandas as gpd
 
 Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
 Objects = npt.NDArray[np.object_]
 Bounds = tuple[float, float, float, float]
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from covertool.model import Anchors, Floats, Objects, Trace
+from covertool.model import Anchors, Floats, Integers, Objects, Trace
 from covertool.model.tables import Table, by_car
 
 
@@ -25,7 +24,7 @@ class Encounters(Table):
 
     vehicle: Objects
     path_km: Floats
-    met: npt.NDArray[np.int64]
+    met: Integers
     radius_m: float
 
     _not_columns = ("radius_m",)

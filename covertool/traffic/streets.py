@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING, NamedTuple
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
-import numpy.typing as npt
 import shapely
 from pyproj import CRS
 from shapely.ops import substring
 
 from covertool import crs as crs_door
 from covertool.errors import ColumnError, CrsError, GeometryError
-from covertool.model import Floats, Objects
+from covertool.model import Floats, Integers, Objects
 from covertool.traffic.disk import write_xml
 from covertool.traffic.edges import Network
 from covertool.traffic.netconvert import netconvert, projection_text
@@ -248,7 +247,7 @@ def _number(places: list[Floats], place: Floats) -> int:
 def _signals(pieces: list[_Piece], streets: list[_Street]) -> set[int]:
     """Return the junctions at which three arms of through roads meet."""
     ends = [k for p in pieces if streets[p.street].kind in MAIN_KINDS for k in (p.start, p.end)]
-    arms: npt.NDArray[np.int64] = np.bincount(np.array(ends, dtype=np.int64), minlength=1)
+    arms: Integers = np.bincount(np.array(ends, dtype=np.int64), minlength=1)
     return {int(k) for k in np.flatnonzero(arms >= 3)}
 
 

@@ -220,6 +220,7 @@ import sys
 from covertool.cli.main import main
 assert main(["coverage", {str(study)!r}, "--radius", "15"]) == 0
 heavy = {{"pandas", "geopandas", "pyogrio", "pyarrow", "rasterio", "scipy.linalg", "matplotlib"}}
+heavy |= {{"covertool.cli.simulate", "covertool.cli.extract"}}
 sys.exit(", ".join(sorted(heavy & set(sys.modules))) or 0)
 """
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)

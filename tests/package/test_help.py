@@ -7,16 +7,16 @@ import sys
 import pytest
 import typer
 
-from covertool.cli.verbs import VERBS, app
+from covertool.cli.verbs import VERBS, command
 
 
-def commands(command, words=("covertool",)):
-    yield words, command
-    for name, below in getattr(command, "commands", {}).items():
+def commands(shown, words=("covertool",)):
+    yield words, shown
+    for name, below in getattr(shown, "commands", {}).items():
         yield from commands(below, (*words, name))
 
 
-TREE = dict(commands(typer.main.get_command(app)))
+TREE = dict(commands(typer.main.get_command(command())))
 NAMES = [" ".join(words) for words in TREE]
 
 
@@ -55,7 +55,27 @@ def test_the_examples_use_only_options_that_there_are(words):
 
 
 def test_every_verb_module_registers_a_verb():
-    assert len(VERBS) <= sum(not hasattr(command, "commands") for command in TREE.values())
+    modules = sum(len(modules) for modules in VERBS.values())
+    assert modules <= sum(not hasattr(below, "commands") for below in TREE.values())
+
+
+def test_the_verbs_are_told_in_their_order():
+    assert list(TREE[("covertool",)].commands) == list(VERBS)
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_a_verb_alone_is_as_it_is_among_the_others(verb):
+    script = f"""
+import typer
+from covertool.cli.verbs import command
+shown = typer.main.get_command(command([{verb!r}, "--help"])).commands[{verb!r}]
+print(shown.get_help(shown.make_context("covertool {verb}", [], resilient_parsing=True)))
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert done.stderr == ""
+    among = TREE[("covertool", verb)]
+    context = among.make_context(f"covertool {verb}", [], resilient_parsing=True)
+    assert done.stdout == among.get_help(context) + "\n"
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])

@@ -5,7 +5,7 @@ import shlex
 import pytest
 import typer
 
-from covertool.cli.verbs import app
+from covertool.cli.verbs import command
 from covertool.report.parts import LAYER_MENDS, PARTS, typed
 
 MENDS = sorted({*LAYER_MENDS.values(), *(part.mend for part in PARTS.values())})
@@ -16,7 +16,7 @@ def test_a_mend_is_a_command_that_there_is(mend):
     program, *words = shlex.split(typed(mend, "my town.gpkg"))
     assert program == "covertool"
     assert "my town.gpkg" in words
-    group = typer.main.get_command(app)
+    group = typer.main.get_command(command())
     while hasattr(group, "commands"):
         group = group.commands[words.pop(0)]
     with group.make_context("verb", words) as context:

@@ -6,12 +6,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 import shapely
 
-from covertool.model import Bounds, Floats, Objects
-
-Integers = npt.NDArray[np.int64]
+from covertool.model import Bounds, Floats, Integers, Objects
 
 BUDGET_VERTICES = 130_000
 """About 1.6 MB of the page."""
