@@ -93,6 +93,7 @@ def test_a_signal_ends_the_run_with_its_code_and_no_traceback(
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
     loaded(process, library)
+    assert process.poll() is None, "the run ended before the signal"
     process.send_signal(number)
     _, said = process.communicate(timeout=60)
     # 128 and the signal, or dead by the signal itself, which a shell shows as the same number.
