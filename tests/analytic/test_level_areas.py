@@ -1,10 +1,12 @@
 """Areas whose answer can be worked out by hand."""
 
+import itertools
 import math
 
 import numpy as np
 import pytest
 import shapely
+from numba import config
 from pyproj import CRS
 
 from covertool.coverage import LevelAreas, coverage_levels, level_areas
@@ -119,13 +121,52 @@ def test_the_inscribed_circle_of_a_polygon_lies_in_it(sides):
 
 
 def test_a_cell_may_hold_more_edges_than_the_working_space_first_does():
-    turn = 2 * np.pi * np.arange(2000) / 2000
-    polygon = shapely.Polygon(np.column_stack([np.cos(turn), np.sin(turn)]))
+    # A far square keeps the cells wide, so that the polygon lies in a few of them.
+    turn = 2 * np.pi * np.arange(8000) / 8000
+    polygon = shapely.Polygon(0.5 * np.column_stack([np.cos(turn), np.sin(turn)]))
+    far = shapely.box(500, 500, 1500, 1500)
     # The circle through the middles of the polygon's sides.
-    inscribed = math.pi * math.cos(math.pi / 2000) ** 2
-    levels = areas([0.0], [0.0], math.cos(math.pi / 2000), polygon)
-    assert levels[1] == pytest.approx(inscribed, rel=1e-9)
-    assert levels[0] == pytest.approx(polygon.area - inscribed, abs=1e-9)
+    radius = 0.5 * math.cos(math.pi / 8000)
+    levels = areas([0.0], [0.0], radius, shapely.MultiPolygon([polygon, far]))
+    assert levels[1] == pytest.approx(math.pi * radius**2, rel=1e-9)
+    assert levels[0] == pytest.approx(far.area + polygon.area - math.pi * radius**2, rel=1e-12)
+
+
+def rosette(n):
+    """Return the areas of Levels 0 to 3 of n circles of 10 m through one point, in WIDE.
+
+    In the direction phi off its centre a disc reaches 20 cos(phi) metres from that point; at
+    least k discs hear what the k-th nearest in direction reaches.
+    """
+
+    def sector(phi):  # the integral of (20 cos phi)^2 / 2
+        return 100.0 * (phi + 0.5 * math.sin(2 * phi))
+
+    steps = [sector(k * math.pi / n) for k in range(4)]
+    at_least = [WIDE.area, *(2 * n * (steps[k] - steps[k - 1]) for k in (1, 2, 3)), 0.0]
+    return [at_least[k] - at_least[k + 1] for k in range(4)]
+
+
+def centres_of_rosette(n):
+    turn = 2 * np.pi * np.arange(n) / n
+    return 10 * np.cos(turn) + 1.0, 10 * np.sin(turn) - 2.0
+
+
+@pytest.mark.parametrize("n", [6, 7, 60])
+def test_many_circles_may_meet_in_one_point(n):
+    assert areas(*centres_of_rosette(n), 10.0) == pytest.approx(rosette(n), abs=1e-8)
+
+
+@pytest.mark.skipif(bool(config.DISABLE_JIT), reason="takes minutes where nothing is compiled")
+def test_a_cell_may_hold_more_circles_than_the_working_space_first_does():
+    assert areas(*centres_of_rosette(2100), 10.0) == pytest.approx(rosette(2100), abs=1e-8)
+
+
+def test_a_cell_may_hold_more_crossings_than_the_working_space_first_does():
+    ends = [-90.0, *np.linspace(-2.5, -1.5, 41), 95.0]
+    strips = [shapely.box(-100, low, 110, high) for low, high in itertools.pairwise(ends)]
+    cut = areas(*centres_of_rosette(60), 10.0, shapely.MultiPolygon(strips))
+    assert cut == pytest.approx(rosette(60), abs=1e-8)
 
 
 def test_a_disc_in_a_hole_of_the_transit_area_covers_nothing():
