@@ -148,7 +148,7 @@ def coverage(
         found = _compute(town, curve, shares, by, inputs.transit)
         found = replace(found, raster=write_results(town, found, inputs, target, gsd_m=raster))
     if plot is not None:
-        write_plot(found, plot, overwrite=overwrite)
+        write_plot(found, inputs, plot, overwrite=overwrite)
     if as_json:
         content = json_content(found, inputs)
         print_json("coverage", {**content, "seconds": time.perf_counter() - begun})

@@ -87,21 +87,23 @@ def write_layers_of(
     target.write(whole, metadata, inputs=[] if target.into is not None else files)
 
 
-def write_plot(found: Findings, path: Path, *, overwrite: bool) -> None:
-    """Draw the curve and the shares of equipped cars."""
+def write_plot(found: Findings, inputs: Inputs, path: Path, *, overwrite: bool) -> None:
+    """Draw the curve and the shares of equipped cars; those of a synthetic study say so."""
     from covertool.gis.figure import write_figure
+    from covertool.gis.study import inherited_metadata
     from covertool.report.curves import level_curves
 
-    write_figure(path, level_curves(_panels(found)), overwrite=overwrite)
+    kind = "synthetic anchors" if "synthetic" in inherited_metadata(inputs.files()) else "anchors"
+    panels = _panels(found, f"{found.report.anchors:,} {kind}")
+    write_figure(path, level_curves(panels), overwrite=overwrite)
     say(f"wrote {path}")
 
 
-def _panels(found: Findings) -> list[Any]:
+def _panels(found: Findings, count: str) -> list[Any]:
     import numpy as np
 
     from covertool.report.curves import LevelCurve
 
-    count = f"{found.report.anchors:,} anchors"
     panels = []
     if found.curve is not None:
         curve = found.curve

@@ -8,6 +8,7 @@ import pytest
 import rasterio
 import shapely
 
+from covertool.gis.sample import SAMPLE_STUDY, sample_folder
 from covertool.gis.study import read_tables
 from tests.running import answer, run
 
@@ -136,6 +137,17 @@ def test_the_curve_is_exact_at_its_nodes_and_its_slopes_fit(town, tmp_path):
     slope = (np.array(after["fractions"]) - before["fractions"]) / 0.02
     assert node["slopes"] == pytest.approx(slope, abs=2e-3)
     assert plot.read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_plot_says_whether_its_anchors_are_synthetic(town, tmp_path):
+    for study, count in (
+        (sample_folder() / SAMPLE_STUDY, "4,541 synthetic anchors"),
+        (town / "town.gpkg", "300 anchors"),
+    ):
+        plot = tmp_path / "curve.svg"
+        words = ["--radius", "15", "--curve", "5:50:3", "--plot", plot, "--overwrite"]
+        assert run("coverage", study, *words).returncode == 0
+        assert count in plot.read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module")
